@@ -6,7 +6,7 @@
 
 use std::rc::Rc;
 
-use hyd_instance::{InstId, InstanceTree, ScalarType, Scope};
+use hyd_instance::{InstId, ScalarType, Scope, Scopes};
 use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{self as text, BinaryOp, ExprKind, Name, UnaryOp};
 use rustc_hash::FxHashMap;
@@ -25,8 +25,8 @@ pub struct Typing {
 
 /// Types the text of one scope.
 pub struct Elaborator<'t, 's> {
-    /// The instances and classes.
-    pub tree: &'t mut InstanceTree<'s>,
+    /// What names mean.
+    pub scopes: &'t mut Scopes<'s>,
     /// What is known of functions.
     pub typing: &'t mut Typing,
     /// Where names are looked up.
@@ -45,19 +45,14 @@ const BOOLEAN: Type = Type::scalar(ScalarType::Boolean);
 
 impl<'t, 's> Elaborator<'t, 's> {
     /// For the text of a scope with these local names around it.
-    pub fn new(
-        tree: &'t mut InstanceTree<'s>,
-        typing: &'t mut Typing,
-        scope: Scope,
-        locals: Vec<(Name, Type)>,
-    ) -> Self {
-        Self { tree, typing, scope, locals, in_function: false, in_when: false }
+    pub fn new(scopes: &'t mut Scopes<'s>, typing: &'t mut Typing, scope: Scope, locals: Vec<(Name, Type)>) -> Self {
+        Self { scopes, typing, scope, locals, in_function: false, in_when: false }
     }
 }
 
 impl Elaborator<'_, '_> {
     pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) -> Reported {
-        self.tree.table.report(Diagnostic::error(code, message).at(span, ""));
+        self.scopes.table.report(Diagnostic::error(code, message).at(span, ""));
         Reported
     }
 
@@ -66,12 +61,12 @@ impl Elaborator<'_, '_> {
         &mut self,
         make: impl FnOnce(&mut Self) -> Result<T, Reported>,
     ) -> Result<T, Rc<[Diagnostic]>> {
-        self.tree.table.messages.begin();
+        self.scopes.table.messages.begin();
         let made = make(self);
-        let said = self.tree.table.messages.end();
+        let said = self.scopes.table.messages.end();
         match made {
             Ok(made) => {
-                self.tree.table.messages.report_all(said);
+                self.scopes.table.messages.report_all(said);
                 Ok(made)
             }
             Err(Reported) => Err(said.into()),

@@ -184,7 +184,7 @@ impl BuiltinCall<'_, '_, '_> {
         }
         let (env, _) = self.cx.env();
         let whole = Expr { kind: Kind::Builtin(builtin, list.to_vec()), ty: Type::NONE, span };
-        let value = self.flat.tree.evaluate(&whole.evaluable(), self.cx.scope, &env)?;
+        let value = self.flat.scopes.evaluate(&whole.evaluable(), self.cx.scope, &env)?;
         self.flat.element_of_value(span, &value, index)
     }
 

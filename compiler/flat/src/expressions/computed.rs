@@ -254,9 +254,8 @@ impl Flattener<'_, '_> {
         if matches!(expr.kind, Kind::Colon | Kind::Range(..) | Kind::Array(_) | Kind::Integer(_)) {
             return false;
         }
-        hyd_typed::any_variable(expr, &mut |variable| {
-            self.tree.instances[variable.last()].variability > Variability::Parameter
-        }) || cx.depth == 0 && hyd_typed::any(expr, &mut |part| matches!(part.kind, Kind::Time))
+        hyd_typed::any_variable(expr, &mut |variable| self.scopes.variability(variable.last()) > Variability::Parameter)
+            || cx.depth == 0 && hyd_typed::any(expr, &mut |part| matches!(part.kind, Kind::Time))
     }
 
     /// A body of its own around what `build` makes, and its call.

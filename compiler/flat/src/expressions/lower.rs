@@ -71,7 +71,7 @@ impl Flattener<'_, '_> {
             }
             Kind::Time => Ok(Typed::real(self.model.templates.arena.intern(hyd_symbolic::Node::Time))),
             Kind::Class(local, _) => {
-                let name = self.tree.table.full_name(local.class);
+                let name = self.scopes.table.full_name(local.class);
                 Err(self.error(Code::TypeMismatch, expr.span, format!("the class `{name}` is not a value")))
             }
             Kind::Function(_) => {
@@ -345,7 +345,7 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         let name = self.path(inst);
-        let declared = self.tree.instances[inst].span;
+        let declared = self.scopes.instances[inst].span;
         let what = if section == Section::Start { "the start value" } else { "the value" };
         let message = format!("{what} of `{name}` is {}, but `{name}` is {}", value.scalar.name(), to.name());
         self.report(
@@ -368,14 +368,14 @@ impl Flattener<'_, '_> {
         }
         if expr.ty.is_text() && expr.ty.rank > 0 {
             let (env, _) = cx.env();
-            return Ok(Local::Value(self.tree.evaluate(&expr.evaluable(), cx.scope, &env)?));
+            return Ok(Local::Value(self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)?));
         }
         if expr.ty.is_text() {
             return Ok(Local::Value(Value::Text(self.text_value(expr, cx)?.into())));
         }
         if expr.ty.is_object() {
             let (env, _) = cx.env();
-            return Ok(Local::Value(self.tree.evaluate(&expr.evaluable(), cx.scope, &env)?));
+            return Ok(Local::Value(self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)?));
         }
         if matches!(expr.kind, Kind::Call(_)) {
             let local = self.call(expr, cx)?;

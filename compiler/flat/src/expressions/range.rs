@@ -100,7 +100,7 @@ impl Flattener<'_, '_> {
             return Ok(Range::Nodes(self.elements_of(range, cx)?));
         }
         let (env, _) = cx.env();
-        Ok(Range::Values(self.tree.evaluate(&range.evaluable(), cx.scope, &env)?.items()))
+        Ok(Range::Values(self.scopes.evaluate(&range.evaluable(), cx.scope, &env)?.items()))
     }
 
     /// A range of Real values inside a function, whose ends may be variables of the function that are known here.
@@ -144,7 +144,7 @@ impl Flattener<'_, '_> {
             let step = step.map(|s| Box::new(s.clone()));
             let kind = Kind::Range(Box::new(start.clone()), step, Box::new(stop.clone()));
             let whole = Expr { kind, ty: start.ty.with_rank(1), span: start.span.to(stop.span) };
-            return Ok(Range::Values(self.tree.evaluate(&whole.evaluable(), cx.scope, &env)?.items()));
+            return Ok(Range::Values(self.scopes.evaluate(&whole.evaluable(), cx.scope, &env)?.items()));
         }
         let (first, last) = (self.affine(start, cx)?, self.affine(stop, cx)?);
         let step = match step {

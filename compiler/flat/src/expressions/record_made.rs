@@ -2,7 +2,7 @@
 //! `hyd_instance::constructor`).
 
 use hyd_instance::constructor::{RecordField, RecordMaker, construct};
-use hyd_instance::{InstanceTree, ScalarType, Scope};
+use hyd_instance::{ScalarType, Scope, Scopes};
 use hyd_source::{Code, Span};
 use hyd_syntax::tree::{Arguments, Expr as Text, Ident, Name};
 use hyd_typed::{Construction, Expr, Kind};
@@ -53,8 +53,8 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
     type Value = Local;
     type Fail = Fail;
 
-    fn tree(&mut self) -> &mut InstanceTree<'s> {
-        self.flat.tree
+    fn scopes(&mut self) -> &mut Scopes<'s> {
+        self.flat.scopes
     }
 
     fn given(&mut self, expr: &Text, field: &RecordField) -> Result<Local, Fail> {
@@ -140,8 +140,8 @@ impl Flattener<'_, '_> {
                 format!("functions call each other deeper than {} levels", crate::functions::function::MAX_CALLS);
             return Err(self.error(Code::Limit, span, message));
         }
-        let given = self.tree.constructor_arguments(&made.record, span, positional, named)?;
-        let record = self.tree.table.class(made.record.class).def.name.name.clone();
+        let given = self.scopes.constructor_arguments(&made.record, span, positional, named)?;
+        let record = self.scopes.table.class(made.record.class).def.name.name.clone();
         let outside = std::mem::replace(&mut cx.scope, made.scope);
         let result =
             construct(&mut Nodes { flat: self, cx, record: &record, set_later: false }, &made.record, given, only);

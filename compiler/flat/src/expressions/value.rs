@@ -162,7 +162,7 @@ impl Flattener<'_, '_> {
             (block.first.0..block.first.0 + block.count).contains(&v.0)
         };
         let inst = self.blocks.iter().find(|(_, block)| holds(block)).map(|(&inst, _)| inst);
-        let primitive = inst.and_then(|inst| self.tree.instances[inst].primitive.as_ref());
+        let primitive = inst.and_then(|inst| self.scopes.instances[inst].primitive.as_ref());
         primitive.map_or(ScalarType::Real, |primitive| primitive.scalar.clone())
     }
 

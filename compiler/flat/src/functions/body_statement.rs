@@ -260,7 +260,7 @@ impl Flattener<'_, '_> {
             _ if !matches!(self.range_values(range, cx)?, Some(())) => self.elements_of(range, cx)?,
             _ => {
                 let (env, _) = cx.env();
-                let values = self.tree.evaluate(&range.evaluable(), cx.scope, &env)?.items();
+                let values = self.scopes.evaluate(&range.evaluable(), cx.scope, &env)?.items();
                 let mut items = Vec::with_capacity(values.len());
                 for value in values.iter() {
                     items.push(self.constant_value(range.span, value)?);

@@ -64,25 +64,25 @@ impl Flattener<'_, '_> {
 
     /// The form of a class: an alias of a predefined type, an enumeration or a record.
     pub(crate) fn class_form(&mut self, component: &Component, inner: &mut Context) -> Result<Form, Fail> {
-        let local = self.tree.find_class(inner.scope, &component.class)?;
-        if let Some(enumeration) = self.tree.enumeration(local.class) {
+        let local = self.scopes.find_class(inner.scope, &component.class)?;
+        if let Some(enumeration) = self.scopes.enumeration(local.class) {
             return Ok(Form::Scalar(ScalarType::Enumeration(enumeration)));
         }
-        let shape = self.tree.table.shape(local.class)?;
+        let shape = self.scopes.table.shape(local.class)?;
         match shape.builtin.as_deref() {
             Some("Real") => return Ok(Form::Scalar(ScalarType::Real)),
             Some("Integer") => return Ok(Form::Scalar(ScalarType::Integer)),
             Some("Boolean") => return Ok(Form::Scalar(ScalarType::Boolean)),
             _ => {}
         }
-        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
+        if self.scopes.table.class(local.class).def.kind != ClassKind::Record {
             let message = format!("`{}` cannot be a variable of a function", component.name.name);
             return Err(self.error(Code::TypeMismatch, component.name.span, message));
         }
-        let inst = self.tree.package_of(&local)?;
+        let inst = self.scopes.package_of(&local)?;
         let mut fields = Vec::new();
         for element in shape.elements.iter().filter(|e| e.component) {
-            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            let owner = self.scopes.table.class(shape.frames[element.frame as usize].class).def.clone();
             let declared = &hyd_instance::class::elements(&owner)[element.position as usize];
             if let Element::Component(field) = declared {
                 let scope = Scope { inst, frame: element.frame };
@@ -138,8 +138,8 @@ impl Flattener<'_, '_> {
         inner: &mut Context,
     ) -> Result<Option<Local>, Fail> {
         let component = &declared_as.text;
-        let local = self.tree.find_class(inner.scope, &component.class)?;
-        if self.tree.table.class(local.class).def.kind != ClassKind::Record || declared_as.is_sized_by_value() {
+        let local = self.scopes.find_class(inner.scope, &component.class)?;
+        if self.scopes.table.class(local.class).def.kind != ClassKind::Record || declared_as.is_sized_by_value() {
             return Ok(None);
         }
         let sizes = self.local_sizes(declared_as, inner)?;
@@ -152,7 +152,7 @@ impl Flattener<'_, '_> {
         }
         let tree = Arc::new(AstMod::from_syntax(&component.modification));
         said.push(Said { tree, scope: inner.scope, at: Vec::new() });
-        let record = self.tree.table.class(local.class).def.name.name.clone();
+        let record = self.scopes.table.class(local.class).def.name.name.clone();
         let mut maker = Nodes { flat: self, cx: inner, record: &record, set_later: true };
         declared(&mut maker, &local, &said, &sizes, component.name.span).map(Some)
     }

@@ -8,7 +8,7 @@ use hyd_syntax::tree::{ClassBody, Component, ComponentRef, Expr};
 use crate::classes::modifier::Mods;
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 use crate::values::evaluate::Env;
 use crate::values::value::Value;
@@ -16,7 +16,7 @@ use crate::values::value::Value;
 /// Largest number of elements of one array of components or variables.
 const MAX_ELEMENTS: usize = 1 << 27;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Evaluates declared sizes; `:` takes its size from the binding.
     pub(crate) fn sizes(
         &mut self,
@@ -46,7 +46,7 @@ impl InstanceTree<'_> {
                 self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
                 return Err(Reported);
             };
-            let around = |tree: &Self| applied.spread.iter().map(|&i| tree.instances[i].dims.len()).sum::<usize>();
+            let around = |scopes: &Self| applied.spread.iter().map(|&i| scopes.instances[i].dims.len()).sum::<usize>();
             let (given, skip) = match applied.tree.binding.clone() {
                 Some(expr) if self.depends_on_run(&expr, applied.scope, &Env::default()) => {
                     let parts = applied.spread.iter().filter_map(|&i| self.instances[i].part_of.as_ref());

@@ -9,10 +9,10 @@
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{Component, Direction, External, Name};
 
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::values::value::Value;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Whether an external clause asks for a column of a file.
     pub fn is_column_reader(&self, external: &External) -> bool {
         let call = external.call.as_ref().filter(|_| external.language.as_deref() == Some("hyd"));

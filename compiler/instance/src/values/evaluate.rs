@@ -10,7 +10,7 @@ use hyd_system::{TextFormat, ValueKind};
 use crate::builtins::Builtin;
 use crate::instantiation::instance::{InstId, Scope, path};
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::work::{ELEMENT, MAX_VALUES, TURN};
 use crate::values::value::{Value, binary, first_if_uniform};
 
@@ -34,7 +34,7 @@ impl Env {
     }
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Evaluates an expression of constants and parameters.
     pub fn evaluate(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, Reported> {
         if self.evaluating >= MAX_EVALUATING {
@@ -245,8 +245,8 @@ impl InstanceTree<'_> {
     ) -> Result<Value, Reported> {
         let Some((last, inner)) = iterators.split_last() else { return self.evaluate(body, scope, env) };
         let mut items = Vec::new();
-        self.for_each(std::slice::from_ref(last), scope, env, &mut |tree, env| {
-            items.push(tree.comprehension(body, inner, scope, env)?);
+        self.for_each(std::slice::from_ref(last), scope, env, &mut |scopes, env| {
+            items.push(scopes.comprehension(body, inner, scope, env)?);
             Ok(())
         })?;
         Ok(Value::array(items))
@@ -442,8 +442,8 @@ impl InstanceTree<'_> {
             }
             Arguments::Reduction(body, iterators) => {
                 let mut items = Vec::new();
-                self.for_each(iterators, scope, env, &mut |tree, inner| {
-                    items.push(tree.evaluate(body, scope, inner)?);
+                self.for_each(iterators, scope, env, &mut |scopes, inner| {
+                    items.push(scopes.evaluate(body, scope, inner)?);
                     Ok(())
                 })?;
                 values.push(Value::array(items));

@@ -5,10 +5,10 @@ use hyd_syntax::tree::{Component, ComponentRef, Direction, Expr, ExprKind, Exter
 
 use crate::external::{self, Given};
 use crate::instantiation::instance::{LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::values::value::Value;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The constructor function of a class of external objects; `None` for any other class.
     pub fn constructor_of_object(&mut self, local: &LocalClass) -> Result<Option<LocalClass>, Reported> {
         if !self.is_object(local)? {

@@ -10,7 +10,7 @@ use crate::classes::class::elements;
 use crate::classes::heir::Level;
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
 /// A variable of a function.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub struct FunctionComponent {
     pub value_scope: Option<Scope>,
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Components of a function with the frame in which each is declared.
     pub(crate) fn components_of(&self, shape: &Shape) -> Vec<(u32, Component)> {
         let mut components = Vec::new();

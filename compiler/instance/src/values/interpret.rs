@@ -12,7 +12,7 @@ use hyd_syntax::tree::{
 
 use crate::instantiation::instance::{InstId, Scope};
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::work::{ELEMENT, STATEMENT, volume};
 use crate::values::evaluate::Env;
 use crate::values::external_call::is_set_by_call;
@@ -44,7 +44,7 @@ struct Part {
     positions: Vec<(Span, Value)>,
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The outputs of a call of a user's function; `None` if the name is not a function that has an algorithm.
     pub(crate) fn call_function(
         &mut self,
@@ -492,7 +492,7 @@ impl InstanceTree<'_> {
             return Err(Reported);
         };
         let count = items.len();
-        let mut place = |tree: &mut Self, k: &Value, value: Value| -> Result<(), Reported> {
+        let mut place = |scopes: &mut Self, k: &Value, value: Value| -> Result<(), Reported> {
             let position = match k {
                 Value::Integer(k) => *k,
                 Value::Enumeration(_, k) => i64::from(*k),
@@ -504,10 +504,10 @@ impl InstanceTree<'_> {
                 .and_then(|k| usize::try_from(k).ok())
                 .and_then(|k| Arc::make_mut(items).get_mut(k))
             {
-                Some(item) => tree.set_elements(span, item, rest, inner, value),
+                Some(item) => scopes.set_elements(span, item, rest, inner, value),
                 None => {
                     let message = format!("subscript {position} is outside 1..{count}");
-                    tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(*place_of, ""));
+                    scopes.table.report(Diagnostic::error(Code::ArrayShape, message).at(*place_of, ""));
                     Err(Reported)
                 }
             }

@@ -7,10 +7,10 @@ use hyd_syntax::tree::{Expr, ExprKind};
 use crate::builtins::Builtin;
 use crate::instantiation::instance::{InstId, Scope, chain, path};
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::{InstanceTree, Rooting};
+use crate::instantiation::scopes::{Rooting, Scopes};
 use crate::values::value::Value;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// `getInstanceName()`: the path of the instance around, the name of the model in front.
     pub(crate) fn instance_name(&mut self, span: Span, scope: Scope) -> Result<Value, Reported> {
         let around = chain(&self.instances, scope.inst);
@@ -52,11 +52,11 @@ impl InstanceTree<'_> {
         inst: InstId,
     ) -> Result<Vec<Value>, Reported> {
         let known = match asked {
-            Builtin::Cardinality => self.connected.as_ref().map(|connected| {
+            Builtin::Cardinality => self.found.connected.as_ref().map(|connected| {
                 let degrees = connected.get(&inst).map_or(&[][..], Vec::as_slice);
                 degrees.iter().map(|&degree| Value::Integer(i64::from(degree))).collect()
             }),
-            _ => self.rooting.as_ref().map(|rooting| {
+            _ => self.found.rooting.as_ref().map(|rooting| {
                 let rooting = rooting.get(&inst).map_or(&[][..], Vec::as_slice);
                 let told = |r: &Rooting| if asked == Builtin::IsRoot { r.is_root } else { r.rooted };
                 rooting.iter().map(|rooting| Value::Boolean(told(rooting))).collect()
