@@ -52,8 +52,7 @@ impl<'t, 's> Elaborator<'t, 's> {
 
 impl Elaborator<'_, '_> {
     pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) -> Reported {
-        self.scopes.table.report(Diagnostic::error(code, message).at(span, ""));
-        Reported
+        self.scopes.error(code, span, message)
     }
 
     /// What `make` makes, or what it says in failing.
@@ -206,9 +205,9 @@ impl Elaborator<'_, '_> {
     fn iterators(&mut self, iterators: &[text::Iterator], last_first: bool) -> Result<Vec<Iterator>, Reported> {
         let mut typed = Vec::with_capacity(iterators.len());
         let mut one = |own: &mut Self, iterator: &text::Iterator| -> Result<(), Reported> {
-            let range = iterator.range.as_ref().map(|range| own.expr(range)).transpose()?;
-            let ty = range.as_ref().map_or(INTEGER, |range| range.ty.with_rank(0));
-            own.locals.push((iterator.name.name.clone(), ty));
+            let Some(range) = &iterator.range else { return Err(own.scopes.no_range(iterator)) };
+            let range = own.expr(range)?;
+            own.locals.push((iterator.name.name.clone(), range.ty.with_rank(0)));
             typed.push(Iterator { name: iterator.name.clone(), range });
             Ok(())
         };

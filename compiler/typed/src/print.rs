@@ -54,10 +54,7 @@ impl Expr {
             list => format!("[{}]", all(list)),
         };
         let loops = |iterators: &[Iterator]| {
-            let one = |i: &Iterator| match &i.range {
-                Some(range) => format!("{} in {}", i.name.name, range.describe(scopes)),
-                None => i.name.name.to_string(),
-            };
+            let one = |i: &Iterator| format!("{} in {}", i.name.name, i.range.describe(scopes));
             iterators.iter().map(one).collect::<Vec<_>>().join(", ")
         };
         let text = match &self.kind {

@@ -126,7 +126,7 @@ impl Flattener<'_, '_> {
             let position = match position {
                 Position::Known(list, true) => {
                     let Some(k) = kept.next() else {
-                        return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                        return Err(self.no_scalar(span));
                     };
                     let k = k.as_constant().ok_or(Fail::NeedsExpansion)? as usize;
                     Position::Known(vec![list.get(k).copied().ok_or(Fail::Reported)?], false)
@@ -335,7 +335,7 @@ impl Flattener<'_, '_> {
         use crate::expressions::reference::Subscript;
         let mut wanted = |flat: &mut Self| match kept.next() {
             Some(at) => at.as_constant().ok_or(Fail::NeedsExpansion),
-            None => Err(flat.error(Code::ArrayShape, span, "an array stands where a scalar is needed")),
+            None => Err(flat.no_scalar(span)),
         };
         let position = match self.subscript(expr, size, cx)? {
             Subscript::At(at) => at.as_constant().ok_or(Fail::NeedsExpansion)?,

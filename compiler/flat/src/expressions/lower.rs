@@ -96,7 +96,7 @@ impl Flattener<'_, '_> {
             Kind::If(branches, otherwise) => self.lower_if(expr.span, branches, otherwise, cx, index),
             Kind::Range(start, step, stop) => {
                 let [position] = index else {
-                    return Err(self.error(Code::ArrayShape, expr.span, "an array stands where a scalar is needed"));
+                    return Err(self.no_scalar(expr.span));
                 };
                 let local = self.steps_of(start, step.as_deref(), stop, cx)?.at(position)?;
                 self.node_of_index(expr.span, &local)
@@ -125,7 +125,7 @@ impl Flattener<'_, '_> {
     /// The first subscript as a number, and the others.
     fn first_constant<'a>(&mut self, span: Span, index: &'a [Affine]) -> Result<(&'a i64, &'a [Affine]), Fail> {
         let Some((first, rest)) = index.split_first() else {
-            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            return Err(self.no_scalar(span));
         };
         if first.terms.is_empty() { Ok((&first.constant, rest)) } else { Err(Fail::NeedsExpansion) }
     }
@@ -295,7 +295,7 @@ impl Flattener<'_, '_> {
         // The last iterator is the outermost (10.4.1).
         for iterator in iterators.iter().rev() {
             let Some((first, others)) = rest.split_first() else {
-                return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                return Err(self.no_scalar(span));
             };
             rest = others;
             let local = self.range_element(iterator, cx, first)?;
@@ -501,7 +501,7 @@ impl Flattener<'_, '_> {
         index: &[Affine],
     ) -> Result<Typed, Fail> {
         if index.len() < 2 {
-            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            return Err(self.no_scalar(span));
         }
         let [mut i, mut j] = constants(index)?;
         for row in rows {

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use hyd_instance::range::{ZERO_STEP, count_of_integers, count_of_reals};
 use hyd_instance::{Builtin, ScalarType, Value};
 use hyd_source::Code;
 use hyd_symbolic::Function;
@@ -74,19 +75,13 @@ impl Range {
     }
 }
 
-/// The message for `a:0:b`.
-pub(crate) const ZERO_STEP: &str = "the step of this range is zero";
-
 /// Most values of a range.
 const MAX_STEPS: i128 = 1 << 27;
 
 impl Flattener<'_, '_> {
     /// The values of a loop variable.
     pub(crate) fn range(&mut self, iterator: &Iterator, cx: &mut Context) -> Result<Range, Fail> {
-        let Some(range) = &iterator.range else {
-            let message = format!("the range of `{}` must be written", iterator.name.name);
-            return Err(self.error(Code::NotStructural, iterator.name.span, message));
-        };
+        let range = &iterator.range;
         if let Kind::Failed(said, _) = &range.kind {
             return Err(self.say(said));
         }
@@ -120,7 +115,7 @@ impl Flattener<'_, '_> {
         if step == 0.0 {
             return Err(self.error(Code::Value, parts[1].span, ZERO_STEP));
         }
-        let count = hyd_instance::value::count_of_reals(start, step, stop);
+        let count = count_of_reals(start, step, stop);
         if !(count.is_finite() && count < 1e6) {
             return Err(self.error(Code::Limit, parts[0].span, "this range has no meaning or too many values"));
         }
@@ -155,8 +150,7 @@ impl Flattener<'_, '_> {
             None => 1,
         };
         let distance = last.add_scaled(&first, -1).and_then(|d| d.as_constant()).ok_or(Fail::NeedsExpansion)?;
-        let backwards = distance != 0 && (distance > 0) != (step > 0);
-        let count = if backwards { 0 } else { i128::from(distance) / i128::from(step) + 1 };
+        let count = count_of_integers(0, step, distance);
         if count > MAX_STEPS {
             let message = format!("this range has {count} values; at most {MAX_STEPS} are possible");
             return Err(self.error(Code::Limit, start.span.to(stop.span), message));

@@ -262,7 +262,7 @@ impl Flattener<'_, '_> {
             return Ok(at);
         }
         let Some(wanted) = index.get(*taken).cloned() else {
-            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            return Err(self.no_scalar(span));
         };
         *taken += 1;
         match subscript {

@@ -55,7 +55,7 @@ impl Flattener<'_, '_> {
                 }
                 items.get(position).cloned().ok_or(Fail::Reported)
             }
-            Local::Array(..) => Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed")),
+            Local::Array(..) => Err(self.no_scalar(span)),
             Local::Record(_) | Local::Records(..) => {
                 Err(self.error(Code::TypeMismatch, span, "a record stands where a scalar is needed"))
             }

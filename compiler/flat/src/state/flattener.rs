@@ -116,6 +116,11 @@ impl Flattener<'_, '_> {
         Fail::Reported
     }
 
+    /// Says that what stands here is an array.
+    pub(crate) fn no_scalar(&mut self, span: Span) -> Fail {
+        self.error(Code::ArrayShape, span, "an array stands where a scalar is needed")
+    }
+
     /// Says why something has no meaning.
     pub(crate) fn say(&mut self, said: &[Diagnostic]) -> Fail {
         said.iter().for_each(|diagnostic| self.report(diagnostic.clone()));

@@ -79,8 +79,7 @@ impl Scopes<'_> {
             // Only classes that extend it have a constructor.
             TypeOf::Scalar(ScalarType::Object) => {
                 let message = "`ExternalObject` is partial and cannot be the class of a component".to_string();
-                self.table.report(Diagnostic::error(Code::PartialClass, message).at(declaration.class.span, ""));
-                Err(Reported)
+                Err(self.error(Code::PartialClass, declaration.class.span, message))
             }
             TypeOf::Scalar(scalar) => {
                 self.instances.edit(inst).dims = dims;
@@ -166,8 +165,7 @@ impl Scopes<'_> {
             Value::Boolean(value) => Ok(value),
             other => {
                 let message = format!("the condition of a component must be Boolean, not {}", other.type_name());
-                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(condition.span, ""));
-                Err(Reported)
+                Err(self.error(Code::TypeMismatch, condition.span, message))
             }
         }
     }
@@ -193,7 +191,7 @@ impl Scopes<'_> {
         self.instances.edit(inst).context = local.context;
         let def = self.table.class(local.class).def.clone();
         if let Some(scalar) = scalar {
-            let scope = self.package_instance(&local)?;
+            let scope = self.package_of(&local)?;
             for frame in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
                 mods.push(Applied {
                     tree: frame.1.clone(),
@@ -268,8 +266,7 @@ impl Scopes<'_> {
         }
         if self.depth >= MAX_DEPTH {
             let message = format!("components are nested deeper than {MAX_DEPTH} levels");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::Limit, span, message));
         }
         Ok(())
     }

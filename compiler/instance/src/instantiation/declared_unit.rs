@@ -30,7 +30,7 @@ impl Scopes<'_> {
                 return None;
             }
             mods.extend(local.mods.iter().cloned());
-            let inst = self.package_instance(&local).ok()?;
+            let inst = self.package_of(&local).ok()?;
             for (frame, tree) in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
                 let scope = Scope { inst, frame: *frame };
                 mods.push(Applied { tree: tree.clone(), scope, spread: Vec::new() });

@@ -391,7 +391,7 @@ impl Scopes<'_> {
         if !shape.elements[k as usize].component {
             return Ok(None);
         }
-        let inst = self.package_instance(local)?;
+        let inst = self.package_of(local)?;
         if let Some(&known) = self.instances[inst].by_name.get(name) {
             return Ok(Some(known));
         }

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use hyd_source::{Code, Diagnostic, Reported};
+use hyd_source::{Code, Reported};
 use hyd_syntax::tree::{ClassKind, Component};
 
 use crate::classes::modifier::Mods;
@@ -37,8 +37,7 @@ impl Scopes<'_> {
         let (name, span) = (self.instances[array].name.clone(), self.instances[array].span);
         if count > MAX_PARTS {
             let message = format!("the elements of `{name}` differ in structure, and there are more than {MAX_PARTS}");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::Limit, span, message));
         }
         self.instances.edit(array).shape = Some(shape.clone());
         self.instances.edit(array).class = Some(local.class);

@@ -128,8 +128,11 @@ impl Scopes<'_> {
         self.found.variability.get(&inst).copied().unwrap_or(self.instances[inst].variability)
     }
 
-    /// The instance that holds the constants of a package, of a function or of a type.
-    pub(crate) fn package_instance(&mut self, local: &LocalClass) -> Result<InstId, Reported> {
+    /// The instance that holds the constants of a package, of a function or of a type: the scope of its text.
+    ///
+    /// # Errors
+    /// When the class has no shape; reported.
+    pub fn package_of(&mut self, local: &LocalClass) -> Result<InstId, Reported> {
         let LocalClass { class, context, .. } = *local;
         if let Some(&known) = self.packages.get(&(class, context)) {
             return Ok(known);
@@ -147,11 +150,6 @@ impl Scopes<'_> {
         }
         self.packages.insert((class, context), inst);
         Ok(inst)
-    }
-
-    /// A scope for the text of a class that is not instantiated (a function): its constants and enclosing packages.
-    pub fn package_of(&mut self, local: &LocalClass) -> Result<InstId, Reported> {
-        self.package_instance(local)
     }
 
     pub(crate) fn declared(&self, shape: &Shape, element: &ShapeElement) -> Option<Component> {
@@ -200,13 +198,19 @@ impl Scopes<'_> {
         self.table.report(diagnostic);
     }
 
-    pub(crate) fn not_structural(&mut self, span: Span, message: String) {
-        self.table.report(Diagnostic::error(Code::NotStructural, message).at(span, "needed before the run"));
+    /// Reports an error at a place.
+    pub fn error(&mut self, code: Code, span: Span, message: impl Into<String>) -> Reported {
+        self.table.report(Diagnostic::error(code, message).at(span, ""));
+        Reported
     }
 
-    pub(crate) fn no_meaning(&mut self, span: Span, message: String) -> Reported {
-        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(span, ""));
+    pub(crate) fn not_structural(&mut self, span: Span, message: String) -> Reported {
+        self.table.report(Diagnostic::error(Code::NotStructural, message).at(span, "needed before the run"));
         Reported
+    }
+
+    pub(crate) fn no_meaning(&mut self, span: Span, message: impl Into<String>) -> Reported {
+        self.error(Code::TypeMismatch, span, message)
     }
 
     /// Notes that a component could not be made, so that its uses give no further messages.
@@ -353,8 +357,7 @@ impl Scopes<'_> {
             around.filter(|&id| !self.instances[id].dims.is_empty()).map(|id| path(&self.instances, id)).collect();
         self.differing.extend(arrays);
         let name = path(&self.instances, inst);
-        self.not_structural(span, format!("the values set for `{name}` differ between the elements of an array"));
-        Reported
+        self.not_structural(span, format!("the values set for `{name}` differ between the elements of an array"))
     }
 
     /// Where the text of the model declares the component that holds an instance of another file, such as a library's; none

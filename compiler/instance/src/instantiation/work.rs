@@ -86,8 +86,7 @@ impl Scopes<'_> {
     pub(crate) fn spend_on(&mut self, value: &Value, span: Span) -> Result<(), Reported> {
         let Some(count) = volume(&value.shape()) else {
             let message = format!("an array computed before the run has more than {MAX_VALUES} elements");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::Limit, span, message));
         };
         if value.shape().is_empty() { Ok(()) } else { self.spend(ELEMENT * count as u64, span) }
     }

@@ -23,13 +23,9 @@ impl Scopes<'_> {
     pub fn read_column(&mut self, span: Span, inputs: &[Value]) -> Result<Vec<f64>, Reported> {
         let [Value::Text(file), Value::Text(column)] = inputs else {
             let message = "a column of a file is asked for by two Strings: the file and the column";
-            self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::BadArguments, span, message));
         };
-        let text = self.table.data_file(file).map_err(|sentence| {
-            self.table.report(Diagnostic::error(Code::FileAccess, sentence).at(span, ""));
-            Reported
-        })?;
+        let text = self.table.data_file(file).map_err(|sentence| self.error(Code::FileAccess, span, sentence))?;
         column_of(&text, column).map_err(|(sentence, help)| {
             let message = format!("`{file}`: {sentence}");
             self.table.report(Diagnostic::error(Code::Value, message).at(span, "").maybe_help(help));

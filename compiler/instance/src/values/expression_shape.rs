@@ -3,7 +3,7 @@
 //! Sizes follow from those of the operands (Modelica 3.6, chapter 10); the result of a function has the sizes that its declaration
 //! says, which may ask for those of the arguments.
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::{
     Arguments, BinaryOp, ClassKind, ComponentRef, Direction, Expr, ExprKind, Ident, Iterator, Name, Variability,
 };
@@ -75,17 +75,13 @@ impl SizesOf for List<'_, '_> {
         let value = self.scopes.evaluate(&self.list[k], self.scope, self.env)?;
         value.as_integer().and_then(|k| usize::try_from(k).ok()).ok_or_else(|| {
             let message = "a size is an integer from 0";
-            self.scopes.table.report(Diagnostic::error(Code::ArrayShape, message).at(self.list[k].span, ""));
-            Reported
+            self.scopes.error(Code::ArrayShape, self.list[k].span, message)
         })
     }
 
     fn fault(&mut self, fault: SizeFault) -> Reported {
         let (code, message) = fault.message(self.function);
-        self.scopes
-            .table
-            .report(Diagnostic::error(code, message).at(fault.place(|k| self.list[k].span, self.span), ""));
-        Reported
+        self.scopes.error(code, fault.place(|k| self.list[k].span, self.span), message)
     }
 }
 
@@ -211,8 +207,7 @@ impl Scopes<'_> {
 
     fn size_unknown(&mut self, span: Span) -> Reported {
         let message = "the size of this expression is not known before the run";
-        self.not_structural(span, message.into());
-        Reported
+        self.not_structural(span, message.into())
     }
 
     fn shape_of_reference(

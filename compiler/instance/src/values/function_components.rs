@@ -65,7 +65,7 @@ impl Scopes<'_> {
         if let Some(scope) = self.scope_of_level(inst, around) {
             return Ok(Some(scope));
         }
-        let inst = self.package_instance(&LocalClass::plain(around.members))?;
+        let inst = self.package_of(&LocalClass::plain(around.members))?;
         let shape = self.table.shape(around.members)?;
         let frame = shape.frames.iter().position(|f| f.class == around.text).unwrap_or(0);
         Ok(Some(Scope { inst, frame: frame as u32 }))

@@ -1,7 +1,7 @@
 //! What functions of the language tell of instances: `getInstanceName`, `cardinality`, `Connections.isRoot` and `rooted`
 //! (Modelica 3.6, sections 3.7.4.3, 3.7.4.4 and 9.4.1).
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::{Expr, ExprKind};
 
 use crate::builtins::Builtin;
@@ -15,8 +15,9 @@ impl Scopes<'_> {
     pub(crate) fn instance_name(&mut self, span: Span, scope: Scope) -> Result<Value, Reported> {
         let around = chain(&self.instances, scope.inst);
         if around.iter().any(|&inst| !self.instances[inst].dims.is_empty()) {
-            self.not_structural(span, "`getInstanceName()` differs between the elements of an array".into());
-            return Err(Reported);
+            return Err(
+                self.not_structural(span, "`getInstanceName()` differs between the elements of an array".into())
+            );
         }
         let model = self.instances[around[0]].class.map(|class| self.table.full_name(class)).unwrap_or_default();
         let inside = path(&self.instances, scope.inst);
@@ -40,8 +41,7 @@ impl Scopes<'_> {
         }
         let what = if asked == Builtin::Cardinality { "a connector" } else { "a variable of a connector" };
         let message = format!("`{}` takes {what}", asked.name());
-        self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
-        Err(Reported)
+        Err(self.error(Code::BadArguments, span, message))
     }
 
     /// What is known of each element; empty where nothing has been said of any.
@@ -62,10 +62,7 @@ impl Scopes<'_> {
                 rooting.iter().map(|rooting| Value::Boolean(told(rooting))).collect()
             }),
         };
-        known.ok_or_else(|| {
-            self.not_structural(span, format!("`{}` is known in equations only", asked.name()));
-            Reported
-        })
+        known.ok_or_else(|| self.not_structural(span, format!("`{}` is known in equations only", asked.name())))
     }
 
     /// Sizes and subscripts on the way from the model to a component; where an array around it has no subscript, it is noted to be made in
@@ -82,8 +79,9 @@ impl Scopes<'_> {
             let written = steps.iter().find(|(step, _)| *step == inst).map_or(&[][..], |(_, s)| s.as_slice());
             if written.len() != dims.len() {
                 self.differing.insert(path(&self.instances, inst));
-                self.not_structural(span, format!("`{}` differs between the elements of an array", asked.name()));
-                return Err(Reported);
+                return Err(
+                    self.not_structural(span, format!("`{}` differs between the elements of an array", asked.name()))
+                );
             }
             all.extend(dims.into_iter().zip(written.iter().cloned()));
         }

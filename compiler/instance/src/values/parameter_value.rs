@@ -62,8 +62,7 @@ impl Scopes<'_> {
             if self.is_broken(inst) {
                 return Err(Reported);
             }
-            self.not_structural(span, format!("`{name}` is a component, not a value"));
-            return Err(Reported);
+            return Err(self.not_structural(span, format!("`{name}` is a component, not a value")));
         };
         if self.variability(inst) > Variability::Parameter {
             let declared = instance.span;
@@ -125,8 +124,7 @@ impl Scopes<'_> {
         let value = self.evaluate_applied(&applied)?;
         if integer && value.flatten().iter().any(|v| matches!(v, Value::Real(_))) {
             let place = applied.tree.binding.as_ref().map_or(span, |b| b.span);
-            self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value"));
-            return Err(Reported);
+            return Err(self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value")));
         }
         Ok(if real { widen(value) } else { value })
     }

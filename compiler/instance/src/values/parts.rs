@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::Expr;
 
 use crate::classes::modifier::Applied;
@@ -46,8 +46,7 @@ impl Scopes<'_> {
                 if shape.get(..dims.len()) != Some(&dims[..]) {
                     let name = self.path_of_arrays(array);
                     let message = format!("`{name}` has the sizes {dims:?}, but this value has {shape:?}");
-                    self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-                    return Err(Reported);
+                    return Err(self.error(Code::ArrayShape, span, message));
                 }
                 let mut element = value;
                 for k in at {

@@ -4,7 +4,7 @@
 //! `d = Data(a = 1)` gives `d.a = 1`, `d = e` gives `d.a = e.a`.  What has no name of its own, such as the default of a field that
 //! a constructor call leaves out, stays a field of the call.
 
-use hyd_source::{Code, Diagnostic, Reported};
+use hyd_source::{Code, Reported};
 use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Expr, ExprKind, Ident, Name, RefPart};
 
 use crate::builtins::Builtin;
@@ -91,8 +91,7 @@ impl Scopes<'_> {
             }
             _ => {
                 let message = "a value of a record must be a record, its constructor, or a function that gives one";
-                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
-                Err(Reported)
+                Err(self.error(Code::TypeMismatch, expr.span, message))
             }
         }
     }
@@ -121,8 +120,7 @@ impl Scopes<'_> {
                     if !self.table.shape(local.class)?.by_name.contains_key(name) {
                         let record = self.table.full_name(local.class);
                         let message = format!("`{record}` has no field `{name}`, which is needed here");
-                        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
-                        return Err(Reported);
+                        return Err(self.error(Code::TypeMismatch, expr.span, message));
                     }
                 }
             }

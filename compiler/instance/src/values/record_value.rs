@@ -71,8 +71,7 @@ impl<'s> RecordMaker<'s> for Values<'_, 's, '_> {
     fn part(&mut self, span: Span, value: Value, at: &[usize]) -> Result<Value, Reported> {
         value.element(at).cloned().ok_or_else(|| {
             let message = "this gives too few elements to an array of records";
-            self.scopes.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-            Reported
+            self.scopes.error(Code::ArrayShape, span, message)
         })
     }
 
@@ -195,7 +194,7 @@ impl Scopes<'_> {
                 continue;
             }
             let place = subscripts.iter().position(|s| !self.is_one(s)).unwrap_or(subscripts.len());
-            let Some(&size) = sizes.get(place) else { return Err(self.no_meaning(span, "too many subscripts".into())) };
+            let Some(&size) = sizes.get(place) else { return Err(self.no_meaning(span, "too many subscripts")) };
             let chosen = match subscripts.get(place) {
                 Some(subscript) => self.positions_of(subscript, size, scope, env)?,
                 None => Value::array((1..=size as i64).map(Value::Integer).collect()),
@@ -207,7 +206,7 @@ impl Scopes<'_> {
                     Value::Integer(k) => *k,
                     Value::Enumeration(_, k) => i64::from(*k),
                     Value::Boolean(b) => i64::from(*b) + 1,
-                    _ => return Err(self.no_meaning(span, "a subscript must be an Integer".into())),
+                    _ => return Err(self.no_meaning(span, "a subscript must be an Integer")),
                 };
                 let mut own = subscripts.to_vec();
                 let expr = Expr { kind: ExprKind::Integer(number), span };

@@ -62,7 +62,7 @@ fn describe(equation: &Equation, scopes: &Scopes<'_>, indent: usize, lines: &mut
         EquationKind::Overdetermined(said) => format!("{said:?}"),
         EquationKind::Fields(_) => "field by field".to_string(),
         EquationKind::For(iterators, _) => {
-            let one = |i: &Iterator| i.range.as_ref().map_or(String::new(), |range| range.describe(scopes));
+            let one = |i: &Iterator| i.range.describe(scopes);
             format!("for {} in {}", iterators[0].name.name, one(&iterators[0]))
         }
         EquationKind::If(_) => "if".to_string(),
