@@ -15,12 +15,23 @@ use crate::expression::{Expr, Iterator, Kind};
 use crate::function::{Function, Signature};
 use crate::types::{Base, RecordType, Type, scalar_of};
 
+/// The sizes that the fields of a record are declared with, in their order, each with the frame its text belongs to.
+pub type FieldDims = Rc<[(u32, Vec<Expr>)]>;
+
 /// What has been typed so far and is asked for again.
 #[derive(Default)]
 pub struct Typing {
     pub(crate) signatures: FxHashMap<InstId, Rc<Signature>>,
     pub(crate) functions: FxHashMap<InstId, Rc<Function>>,
     pub(crate) records: FxHashMap<InstId, Rc<RecordType>>,
+    pub(crate) dims: FxHashMap<InstId, FieldDims>,
+}
+
+impl Typing {
+    /// The sizes of the fields of a record.
+    pub fn dims_of_fields(&self, record: &RecordType) -> FieldDims {
+        record.inst.and_then(|inst| self.dims.get(&inst).cloned()).unwrap_or_default()
+    }
 }
 
 /// Types the text of one scope.

@@ -119,13 +119,16 @@ impl Elaborator<'_, '_> {
             fields.push((field, Type { base: self.base_of(child), rank }));
         }
         let class = self.scopes.instances[inst].class;
-        let record = Rc::new(RecordType { name, class, fields });
+        let record = Rc::new(RecordType { name, class, inst: None, fields });
         self.typing.records.insert(inst, record.clone());
         Base::Record(record)
     }
 
-    /// The type of a variable of a function, from its declaration.
-    pub(crate) fn declared_type(&mut self, scope: Scope, component: &Component) -> Result<Type, Reported> {
+    /// The type of a variable of a function, or of a field of a record, from its declaration.
+    ///
+    /// # Errors
+    /// When its class is none for a variable; reported.
+    pub fn declared_type(&mut self, scope: Scope, component: &Component) -> Result<Type, Reported> {
         let rank = component.dims.len();
         if let [only] = component.class.parts.as_slice()
             && let Some(scalar) = predefined(&only.name)
@@ -155,7 +158,7 @@ impl Elaborator<'_, '_> {
     }
 
     /// The sizes that short definitions add to a declaration, each read where it is written.
-    pub(crate) fn dims_of_type(&mut self, scope: Scope, component: &Component) -> Vec<Expr> {
+    pub fn dims_of_type(&mut self, scope: Scope, component: &Component) -> Vec<Expr> {
         if matches!(component.class.parts.as_slice(), [only] if predefined(&only.name).is_some()) {
             return Vec::new();
         }
@@ -176,6 +179,14 @@ impl Elaborator<'_, '_> {
         typed
     }
 
+    /// All sizes of a declaration that stands in a scope: its own and those of its type.
+    pub fn declared_dims(&mut self, scope: Scope, component: &Component) -> Vec<Expr> {
+        let mut there = Elaborator::new(&mut *self.scopes, &mut *self.typing, scope, Vec::new());
+        let mut dims: Vec<Expr> = component.dims.iter().map(|dim| there.deferred(dim)).collect();
+        dims.extend(self.dims_of_type(scope, component));
+        dims
+    }
+
     /// A record as its declaration has it.
     pub(crate) fn record_base(&mut self, local: &LocalClass) -> Result<Base, Reported> {
         let shape = self.scopes.table.shape(local.class)?;
@@ -185,17 +196,20 @@ impl Elaborator<'_, '_> {
         }
         let name = self.scopes.table.full_name(local.class);
         // A record that holds itself is reported by whoever makes one.
-        self.typing
-            .records
-            .insert(inst, Rc::new(RecordType { name: name.clone(), class: Some(local.class), fields: Vec::new() }));
-        let mut fields = Vec::new();
+        let record =
+            |fields| Rc::new(RecordType { name: name.clone(), class: Some(local.class), inst: Some(inst), fields });
+        self.typing.records.insert(inst, record(Vec::new()));
+        let (mut fields, mut dims) = (Vec::new(), Vec::new());
         for element in shape.elements.iter().filter(|e| e.component) {
             let owner = self.scopes.table.class(shape.frames[element.frame as usize].class).def.clone();
             let declared = &hyd_instance::class::elements(&owner)[element.position as usize];
             if let Element::Component(field) = declared {
                 let scope = Scope { inst, frame: element.frame };
                 match self.declared_type(scope, field) {
-                    Ok(ty) => fields.push((element.name.clone(), ty)),
+                    Ok(ty) => {
+                        fields.push((element.name.clone(), ty));
+                        dims.push((element.frame, self.declared_dims(scope, field)));
+                    }
                     Err(Reported) => {
                         self.typing.records.remove(&inst);
                         return Err(Reported);
@@ -203,8 +217,9 @@ impl Elaborator<'_, '_> {
                 }
             }
         }
-        let record = Rc::new(RecordType { name, class: Some(local.class), fields });
+        let record = record(fields);
         self.typing.records.insert(inst, record.clone());
+        self.typing.dims.insert(inst, dims.into());
         Ok(Base::Record(record))
     }
 }

@@ -4,10 +4,11 @@
 //! array expressions need no arrays of nodes and an equation inside loops is lowered once.  Types follow Modelica 3.6,
 //! section 6.7 and chapter 10.
 
+use hyd_instance::constructor::RecordField;
 use hyd_instance::{InstId, ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::Relation;
-use hyd_syntax::tree::{BinaryOp, Component, Expr as Text, UnaryOp};
+use hyd_syntax::tree::{BinaryOp, Expr as Text, UnaryOp};
 use hyd_typed::{Declaration, Expr, Iterator, Kind, Type};
 
 use crate::expressions::array::{at, constants};
@@ -424,13 +425,16 @@ impl Flattener<'_, '_> {
         self.local_value(&typed, cx)
     }
 
-    /// The sizes of a declaration that stands where the context says.
-    pub(crate) fn sizes_of_text(&mut self, component: &Component, cx: &mut Context) -> Result<Vec<usize>, Fail> {
-        let mut dims = Vec::with_capacity(component.dims.len());
-        for dim in &component.dims {
+    /// The sizes of a field, whose text stands where the context says, and those that its type adds.
+    pub(crate) fn sizes_of_field(&mut self, field: &RecordField, cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        let mut dims = Vec::with_capacity(field.declaration.dims.len());
+        for dim in &field.declaration.dims {
             dims.push(self.elaborator(cx.scope, Some(cx)).expr(dim)?);
         }
-        self.sizes_of_dims(&dims, cx)
+        let mut sizes = self.sizes_of_dims(&dims, cx)?;
+        let of_type = self.elaborator(field.type_scope, None).dims_of_type(field.type_scope, &field.declaration);
+        sizes.extend(self.sizes_of_dims(&of_type, cx)?);
+        Ok(sizes)
     }
 
     pub(crate) fn sizes_of_dims(&mut self, dims: &[Expr], inner: &mut Context) -> Result<Vec<usize>, Fail> {

@@ -96,7 +96,7 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
 
     fn sizes(&mut self, field: &RecordField, fields: &[(Name, Local)]) -> Result<Vec<usize>, Fail> {
         let mut own = self.inside(field.scope, fields);
-        self.flat.sizes_of_text(&field.declaration, &mut own)
+        self.flat.sizes_of_field(field, &mut own)
     }
 
     fn unset(&mut self, field: &RecordField, fields: &[(Name, Local)]) -> Result<Option<Local>, Fail> {
@@ -107,9 +107,9 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
         let Typed { node, scalar } = self.flat.literal(0.0, ScalarType::Real);
         let mut own = self.inside(field.scope, fields);
         let form = self.flat.quietly(|flat| {
-            let sizes = flat.sizes_of_text(&field.declaration, &mut own)?;
-            own.scope = field.type_scope;
-            flat.declared_form(&field.declaration, sizes, &mut own)
+            let sizes = flat.sizes_of_field(field, &mut own)?;
+            let ty = flat.elaborator(field.type_scope, None).declared_type(field.type_scope, &field.declaration)?;
+            flat.declared_form(&field.declaration.name, &ty.base, &sizes, &own)
         });
         // A field whose sizes are not known here gets them when it is assigned.
         let sized = form.map(|form| form.local(&mut std::iter::repeat(node)));
