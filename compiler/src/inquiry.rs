@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hyd_instance::class::{elements, nested_classes};
 use hyd_instance::connection_rules::VENDOR;
 use hyd_instance::instance::path;
-use hyd_instance::{ClassId, ClassTable, InstId, InstanceTree, Override, Sources};
+use hyd_instance::{ClassId, ClassTable, InstId, Override, Scopes, Sources};
 use hyd_source::{Diagnostic, Files, Span};
 use hyd_syntax::tree::{Argument, Component, Element, Expr, ExprKind, Modification, Name, UnaryOp};
 
@@ -163,8 +163,9 @@ pub fn annotated_components(
     model: Option<&str>,
     kind: &str,
 ) -> Result<Vec<AnnotatedComponent>, (Files, Vec<Diagnostic>)> {
-    of_instances(sources, text, (model, &[]), |tree| {
-        let found = tree.instances.indices().filter_map(|id| component_of(tree, id));
+    of_instances(sources, text, (model, &[]), |scopes| {
+        let ids = scopes.instances.tree().components.indices();
+        let found = ids.filter_map(|id| component_of(scopes, id));
         found.filter(|component| component.note.get(kind).is_some()).collect()
     })
 }
@@ -177,7 +178,7 @@ pub fn of_instances<T>(
     sources: &mut dyn Sources,
     (name, text): (&str, &str),
     (model, set): (Option<&str>, &[(String, String)]),
-    take: impl FnOnce(&mut InstanceTree<'_>) -> T,
+    take: impl FnOnce(&mut Scopes<'_>) -> T,
 ) -> Result<T, (Files, Vec<Diagnostic>)> {
     let mut apart = BTreeSet::new();
     loop {
@@ -188,34 +189,34 @@ pub fn of_instances<T>(
         };
         let overrides = set.iter().map(|(path, text)| Override { path: path.clone(), text: text.clone(), used: false });
         let made = hyd_instance::instantiate_apart(table, class, overrides.collect(), apart.clone());
-        let mut tree = made.map_err(|table| {
+        let (_, mut scopes) = made.map_err(|table| {
             let ClassTable { files, messages, .. } = *table;
             (files, messages.into_given())
         })?;
-        if !tree.table.messages.has_errors() {
-            return Ok(take(&mut tree));
+        if !scopes.table.messages.has_errors() {
+            return Ok(take(&mut scopes));
         }
         let known = apart.len();
-        apart.extend(tree.differing().iter().cloned());
+        apart.extend(scopes.differing().iter().cloned());
         if apart.len() == known {
-            return Err((tree.table.files, tree.table.messages.into_given()));
+            return Err((scopes.table.files, scopes.table.messages.into_given()));
         }
     }
 }
 
 /// What the declaration of an instance notes.
-fn component_of(tree: &InstanceTree<'_>, id: InstId) -> Option<AnnotatedComponent> {
-    let instance = &tree.instances[id];
-    let shape = tree.instances[instance.parent?].shape.clone()?;
-    let element = &shape.elements[*shape.by_name.get(tree.declared_name(id))? as usize];
-    let declared = |frame: u32, position: u32| match elements(shape.def(&tree.table, frame)).get(position as usize) {
+fn component_of(scopes: &Scopes<'_>, id: InstId) -> Option<AnnotatedComponent> {
+    let instance = &scopes.instances[id];
+    let shape = scopes.instances[instance.parent?].shape.clone()?;
+    let element = &shape.elements[*shape.by_name.get(scopes.declared_name(id))? as usize];
+    let declared = |frame: u32, position: u32| match elements(shape.def(&scopes.table, frame)).get(position as usize) {
         Some(Element::Component(component)) if component.annotation.is_some() => Some(component.clone()),
         _ => None,
     };
     let component = declared(element.frame, element.position)
         .or_else(|| element.replaced.and_then(|(frame, position)| declared(frame, position)))?;
-    let class = instance.class.map_or_else(String::new, |class| tree.table.full_name(class));
-    noted(&tree.table.files, &component, path(&tree.instances, id), &class)
+    let class = instance.class.map_or_else(String::new, |class| scopes.table.full_name(class));
+    noted(&scopes.table.files, &component, path(&scopes.instances, id), &class)
 }
 
 fn noted(files: &Files, component: &Component, path: String, class: &str) -> Option<AnnotatedComponent> {

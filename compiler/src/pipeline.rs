@@ -185,7 +185,7 @@ pub struct Extras<'a> {
     pub terms: &'a [Injection],
     /// What becomes of loops.
     pub loops: Loops,
-    /// Names of inputs of the model itself that follow recorded samples, see [`hyd_flat::flatten_driven`].
+    /// Names of inputs of the model itself that follow recorded samples, see [`hyd_flat::flatten`].
     pub driven: &'a [String],
     /// Units that do not fit are errors in libraries, too.
     pub strict_units: bool,
@@ -331,20 +331,22 @@ fn read(
     let mut differing = BTreeSet::new();
     let mut result = match hyd_instance::instantiate_apart(table, class, overrides, apart) {
         Err(table) => Compilation::new(table.files, table.messages.into_given()),
-        Ok(mut tree) => {
+        Ok((tree, mut scopes)) => {
             let instantiated = (options.clock)();
-            debug_assert_eq!(tree.verify(), Ok(()), "invariant of the instance tree");
-            let mut flat = hyd_flat::flatten_driven(&mut tree, extras.terms, extras.driven);
+            debug_assert_eq!(scopes.verify(), Ok(()), "invariant of the instance tree");
+            let Outcome { value: mut flat, diagnostics } =
+                hyd_flat::flatten(&tree, &mut scopes, extras.terms, extras.driven);
+            scopes.table.messages.report_all(diagnostics);
             flat.given = given(&flat, &options.set);
             debug_assert_eq!(hyd_flat::verify(&flat), Ok(()), "invariant of the flat model");
-            if !tree.table.messages.has_errors() {
+            if !scopes.table.messages.has_errors() {
                 // What follows a mistake may only seem unused.
-                tree.table.advise(&classes);
+                scopes.table.advise(&classes);
             }
-            differing.clone_from(tree.differing());
-            let own_files = own_files(&tree.table, &classes);
-            let used = tree.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
-            let mut result = Compilation::new(tree.table.files, tree.table.messages.into_given());
+            differing.clone_from(scopes.differing());
+            let own_files = own_files(&scopes.table, &classes);
+            let used = scopes.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
+            let mut result = Compilation::new(scopes.table.files, scopes.table.messages.into_given());
             result.set_at_translation = used;
             result.own_files = own_files;
             result.times.push(StageTime { name: "parse", seconds: parsed - start });

@@ -5,7 +5,8 @@
 
 use std::sync::Arc;
 
-use hyd_instance::{InstId, InstanceTree, Scope};
+use hyd_instance::{InstId, InstanceTree, Scope, Scopes};
+use hyd_source::Outcome;
 use hyd_syntax::tree::ClassKind;
 use hyd_typed::Typing;
 use rustc_hash::FxHashMap;
@@ -18,31 +19,30 @@ use crate::state::draft::Notes;
 use crate::state::flattener::{Flattener, Pass};
 use crate::state::index::Slots;
 
-/// Turns the instance tree into a flat model.  Messages go into the tree's table; the model is as complete as it could be.
-pub fn flatten(tree: &mut InstanceTree<'_>) -> FlatModel {
-    flatten_with(tree, &[])
-}
-
-/// The same with terms added to equations.
-pub fn flatten_with(tree: &mut InstanceTree<'_>, terms: &[Injection]) -> FlatModel {
-    flatten_driven(tree, terms, &[])
-}
-
-/// The same where inputs of the model itself, given by their names, follow recorded samples.  What is not the name of an input of type
-/// Real stays without effect; [`FlatModel::driven`] says which there are.
-pub fn flatten_driven(tree: &mut InstanceTree<'_>, terms: &[Injection], driven: &[String]) -> FlatModel {
-    Flattener::new(tree, driven).model_of(terms, |_| {})
+/// Turns the instance tree into a flat model, as complete as it can be, with terms added to equations.  Names mean what `scopes` says,
+/// which come with the tree from [`hyd_instance::instantiate`].
+///
+/// Inputs of the model itself whose names stand in `driven` follow recorded samples.  What is not the name of an input of type Real
+/// stays without effect; [`FlatModel::driven`] says which there are.
+pub fn flatten(
+    tree: &InstanceTree,
+    scopes: &mut Scopes<'_>,
+    terms: &[Injection],
+    driven: &[String],
+) -> Outcome<FlatModel> {
+    scopes.table.messages.begin();
+    let value = Flattener::new(tree, scopes, driven).model_of(terms, |_| {});
+    Outcome { value, diagnostics: scopes.table.messages.end() }
 }
 
 impl<'t, 's> Flattener<'t, 's> {
-    fn new(tree: &'t mut InstanceTree<'s>, driven: &[String]) -> Self {
-        let root = tree.root;
-        let class = tree.instances[root].class;
-        let name: Arc<str> = class.map(|c| tree.table.full_name(c)).unwrap_or_default().into();
-        let span = tree.instances[root].span;
+    fn new(tree: &'t InstanceTree, scopes: &'t mut Scopes<'s>, driven: &[String]) -> Self {
+        let root = &tree.components[tree.root];
+        let name: Arc<str> = root.class.map(|c| scopes.table.full_name(c)).unwrap_or_default().into();
         Flattener {
-            model: FlatModel { name, description: tree.instances[root].description.clone(), ..FlatModel::default() },
+            model: FlatModel { name, description: root.description.clone(), ..FlatModel::default() },
             tree,
+            scopes,
             blocks: FxHashMap::default(),
             in_streams: FxHashMap::default(),
             notes: Notes::default(),
@@ -59,7 +59,7 @@ impl<'t, 's> Flattener<'t, 's> {
             late: FxHashMap::default(),
             builders: Vec::new(),
             bodies: Vec::new(),
-            opaque_at: span,
+            opaque_at: root.span,
             injections: Vec::new(),
             quantities: FxHashMap::default(),
             function_units: FxHashMap::default(),
@@ -88,7 +88,7 @@ impl<'t, 's> Flattener<'t, 's> {
         self.drive_inputs();
         // What is connected is known before any equation asks for it.
         self.sections(root, Pass::Connections);
-        self.tree.connected = Some(self.connections.counted());
+        self.scopes.found.connected = Some(self.connections.counted());
         self.settle_virtual_graph();
         let variables: Vec<InstId> = self.variable_instances();
         for &inst in &variables {
@@ -116,15 +116,15 @@ impl<'t, 's> Flattener<'t, 's> {
 
 impl Flattener<'_, '_> {
     fn read_experiment(&mut self) {
-        let Some(class) = self.tree.instances[self.tree.root].class else { return };
-        let def = self.tree.table.class(class).def.clone();
+        let Some(class) = self.scopes.instances[self.tree.root].class else { return };
+        let def = self.scopes.table.class(class).def.clone();
         let Some(annotation) = &def.annotation else { return };
         let tree = hyd_instance::modifier::AstMod::from_syntax(annotation);
         let Some((_, experiment)) = tree.children.iter().find(|(n, _)| n.as_ref() == "experiment") else { return };
         let scope = Scope { inst: self.tree.root, frame: 0 };
         for (name, entry) in &experiment.children {
             let Some(expr) = &entry.binding else { continue };
-            let Ok(value) = self.tree.evaluate(expr, scope, &hyd_instance::Env::default()) else { continue };
+            let Ok(value) = self.scopes.evaluate(expr, scope, &hyd_instance::Env::default()) else { continue };
             let Some(number) = value.as_real().filter(|x| x.is_finite()) else { continue };
             match name.as_ref() {
                 "StartTime" => self.model.experiment.start = Some(number),
@@ -139,18 +139,18 @@ impl Flattener<'_, '_> {
     /// Equation sections of an instance and all below it.
     fn sections(&mut self, inst: InstId, pass: Pass) {
         self.pass = pass;
-        if self.tree.instances[inst].absent {
+        if self.scopes.instances[inst].absent {
             return;
         }
         if let (Some(shape), false) =
-            (self.tree.instances[inst].shape.clone(), self.tree.instances[inst].kind == ClassKind::Package)
+            (self.scopes.instances[inst].shape.clone(), self.scopes.instances[inst].kind == ClassKind::Package)
         {
             for frame in 0..shape.frames.len() {
-                let def = shape.def(&self.tree.table, frame as u32).clone();
+                let def = shape.def(&self.scopes.table, frame as u32).clone();
                 self.class_sections(Scope { inst, frame: frame as u32 }, &def);
             }
         }
-        for child in self.tree.instances[inst].children.clone() {
+        for child in self.scopes.instances[inst].children.clone() {
             self.sections(child, pass);
         }
     }
@@ -191,10 +191,11 @@ mod tests {
         let mut sources = NoLibraries;
         let mut table = ClassTable::new(&mut sources);
         let class = *table.add_main("m.hyd", text).last().expect("a class");
-        let mut tree = hyd_instance::instantiate(table, class, Vec::new()).ok().expect("it can be instantiated");
+        let (tree, mut scopes) =
+            hyd_instance::instantiate(table, class, Vec::new()).ok().expect("it can be instantiated");
         let shape = TermShape::Expression("x[if true then 1 else 2]".into());
         let term = Injection { path: "".into(), file: None, line: 2, name: "extra".into(), shape };
-        let model = Flattener::new(&mut tree, &[]).model_of(&[term], |flat| {
+        let model = Flattener::new(&tree, &mut scopes, &[]).model_of(&[term], |flat| {
             if rehearse {
                 let known = (std::mem::take(&mut flat.connections), std::mem::take(&mut flat.graph));
                 flat.quietly(|flat| {
@@ -206,7 +207,7 @@ mod tests {
         });
         let FlatModel { variables, equations, delays, messages, claims, injectable, scalars, .. } = &model;
         let made = format!("{variables:#?}{equations:#?}{delays:?}{messages:?}{claims:#?}{injectable:?}{scalars}");
-        format!("{made}{:?}{:#?}", model.constants, tree.table.messages.into_given())
+        format!("{made}{:?}{:#?}", model.constants, scopes.table.messages.into_given())
     }
 
     /// All sections, lowered as an attempt that is dropped before they are lowered for good, change nothing: no variable, no

@@ -19,7 +19,7 @@ mod variables;
 mod verify;
 
 pub use connections::model_ends::EVERY_INPUT;
-pub use flatten::{flatten, flatten_driven, flatten_with};
+pub use flatten::flatten;
 pub use model::{
     BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, Gaps, Imbalance, Message,
     MessagePart, Operand, PerElement, Potential, Quantity, Section, StateSelect, Target, UnitClaim, VarId,

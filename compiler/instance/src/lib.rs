@@ -15,17 +15,18 @@ mod values;
 
 pub use classes::{class, meaning, modifier, shape};
 pub use instantiation::{connection_rules, instance};
-pub use values::{constructor, value};
+pub use values::{constructor, range, value};
 
-pub use builtins::{Builtin, SizeFault, SizesOf, sizes_text, speaks_of_connections};
+pub use builtins::{Builtin, Element, Place, SizeFault, SizesOf, sizes_text, speaks_of_connections};
 pub use classes::class::{ClassId, ClassTable};
 pub use classes::sources::{SourceText, Sources};
 pub use classes::trees::Trees;
-pub use instantiation::build::{instantiate, instantiate_apart};
-pub use instantiation::instance::{InstId, Instance, Instances, Known, LocalClass, Primitive, ScalarType, Scope};
+pub use instantiation::build::{Instantiated, instantiate, instantiate_apart};
+pub use instantiation::instance::{InstId, Instance, LocalClass, Primitive, ScalarType, Scope};
 pub use instantiation::lookup::Resolved;
+pub use instantiation::scopes::{Found, Override, Rooting, Scopes};
 pub use instantiation::size::names_boolean;
-pub use instantiation::tree::{InstanceTree, Override, Rooting};
+pub use instantiation::tree::{InstanceTree, Instances};
 pub use values::evaluate::Env;
 pub use values::function_components::FunctionComponent;
 pub use values::value::{EnumType, Value};

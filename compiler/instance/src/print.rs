@@ -3,15 +3,15 @@
 use std::fmt;
 
 use crate::instantiation::instance::InstId;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
-impl fmt::Display for InstanceTree<'_> {
+impl fmt::Display for Scopes<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.print(f, self.root, 0)
+        self.print(f, self.instances.tree().root, 0)
     }
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     fn print(&self, f: &mut fmt::Formatter<'_>, inst: InstId, depth: usize) -> fmt::Result {
         let instance = &self.instances[inst];
         let what = match (&instance.primitive, instance.class) {
@@ -29,7 +29,8 @@ impl InstanceTree<'_> {
     /// A sentence about the first invariant that does not hold: children know their parent, names lead to components of
     /// that name, a component is a variable or has a class.
     pub fn verify(&self) -> Result<(), String> {
-        for (id, instance) in self.instances.iter_enumerated() {
+        for id in self.instances.indices() {
+            let instance = &self.instances[id];
             let path = || crate::instantiation::instance::path(&self.instances, id);
             for &child in &instance.children {
                 if self.instances[child].parent != Some(id) {
@@ -80,8 +81,8 @@ end P;";
         let mut table = ClassTable::new(&mut nothing);
         let package = table.add_main("p.hyd", text)[0];
         let top = table.child(package, &"Top".into()).expect("written above");
-        let Ok(tree) = instantiate(table, top, Vec::new()) else { panic!("the text is right") };
-        assert_eq!(tree.verify(), Ok(()));
+        let Ok((_, scopes)) = instantiate(table, top, Vec::new()) else { panic!("the text is right") };
+        assert_eq!(scopes.verify(), Ok(()));
         let lines = [
             ".: model P.Top",
             "  n: Integer",
@@ -90,6 +91,6 @@ end P;";
             "    x[2]: Real",
             "  none: ? (absent)",
         ];
-        assert_eq!(tree.to_string(), lines.join("\n") + "\n");
+        assert_eq!(scopes.to_string(), lines.join("\n") + "\n");
     }
 }

@@ -24,7 +24,7 @@ impl Elaborator<'_, '_> {
             let result = Type::clone(result);
             return self.call_of_local(span, function, result, arguments);
         }
-        let builtin = self.tree.predefined(self.scope, function);
+        let builtin = self.scopes.predefined(self.scope, function);
         let (positional, named) = match arguments {
             Arguments::List { positional, named } => (positional, named),
             Arguments::Reduction(body, iterators) => {
@@ -94,10 +94,10 @@ impl Elaborator<'_, '_> {
         arguments: &Arguments,
     ) -> Result<Expr, Reported> {
         let local = self.called_class(function)?;
-        let local = self.tree.constructor_of_object(&local)?.unwrap_or(local);
-        let def = self.tree.table.class(local.class).def.clone();
+        let local = self.scopes.constructor_of_object(&local)?.unwrap_or(local);
+        let def = self.scopes.table.class(local.class).def.clone();
         let name = Rc::new(function.clone());
-        if def.kind == ClassKind::Record && !self.tree.overloads(local.class, "'constructor'").is_empty() {
+        if def.kind == ClassKind::Record && !self.scopes.overloads(local.class, "'constructor'").is_empty() {
             let positional = self.all(positional)?;
             let mut by_name = Vec::with_capacity(named.len());
             for (name, value) in named {
@@ -167,7 +167,7 @@ impl Elaborator<'_, '_> {
             }
             _ => {
                 let local = self.called_class(function)?;
-                let def = self.tree.table.class(local.class).def.clone();
+                let def = self.scopes.table.class(local.class).def.clone();
                 if def.kind != ClassKind::Function {
                     let message = format!("`{}` is not a function", def.name.name);
                     return Err(self.error(Code::BadArguments, function.span, message));
@@ -210,13 +210,13 @@ impl Elaborator<'_, '_> {
     /// The class that is called.
     pub(crate) fn called_class(&mut self, function: &ComponentRef) -> Result<LocalClass, Reported> {
         let name = || function.parts.iter().map(|p| p.name.name.as_ref()).collect::<Vec<_>>().join(".");
-        self.tree.table.messages.begin();
-        let resolved = self.tree.resolve(self.scope, function);
-        let mut said = self.tree.table.messages.end();
+        self.scopes.table.messages.begin();
+        let resolved = self.scopes.resolve(self.scope, function);
+        let mut said = self.scopes.table.messages.end();
         if resolved.is_err() && function.parts.len() == 1 {
             self.suggest_function(&mut said, &function.parts[0].name.name);
         }
-        self.tree.table.messages.report_all(said);
+        self.scopes.table.messages.report_all(said);
         match resolved? {
             Resolved::Class(local) => Ok(local),
             _ => Err(self.error(Code::BadArguments, function.span, format!("`{}` is not a function", name()))),
@@ -228,7 +228,7 @@ impl Elaborator<'_, '_> {
         if said.iter().all(|d| d.code != Code::UnknownName) {
             return;
         }
-        let mut names = self.tree.visible_classes(self.scope);
+        let mut names = self.scopes.visible_classes(self.scope);
         names.extend(Builtin::names().map(Name::from));
         let help = did_you_mean(name, names.iter().map(|n| n.as_ref()));
         for message in said.iter_mut().filter(|d| d.code == Code::UnknownName) {

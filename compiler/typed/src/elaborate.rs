@@ -6,7 +6,7 @@
 
 use std::rc::Rc;
 
-use hyd_instance::{InstId, InstanceTree, ScalarType, Scope};
+use hyd_instance::{InstId, ScalarType, Scope, Scopes};
 use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{self as text, BinaryOp, ExprKind, Name, UnaryOp};
 use rustc_hash::FxHashMap;
@@ -15,18 +15,29 @@ use crate::expression::{Expr, Iterator, Kind};
 use crate::function::{Function, Signature};
 use crate::types::{Base, RecordType, Type, scalar_of};
 
+/// The sizes that the fields of a record are declared with, in their order, each with the frame its text belongs to.
+pub type FieldDims = Rc<[(u32, Vec<Expr>)]>;
+
 /// What has been typed so far and is asked for again.
 #[derive(Default)]
 pub struct Typing {
     pub(crate) signatures: FxHashMap<InstId, Rc<Signature>>,
     pub(crate) functions: FxHashMap<InstId, Rc<Function>>,
     pub(crate) records: FxHashMap<InstId, Rc<RecordType>>,
+    pub(crate) dims: FxHashMap<InstId, FieldDims>,
+}
+
+impl Typing {
+    /// The sizes of the fields of a record.
+    pub fn dims_of_fields(&self, record: &RecordType) -> FieldDims {
+        record.inst.and_then(|inst| self.dims.get(&inst).cloned()).unwrap_or_default()
+    }
 }
 
 /// Types the text of one scope.
 pub struct Elaborator<'t, 's> {
-    /// The instances and classes.
-    pub tree: &'t mut InstanceTree<'s>,
+    /// What names mean.
+    pub scopes: &'t mut Scopes<'s>,
     /// What is known of functions.
     pub typing: &'t mut Typing,
     /// Where names are looked up.
@@ -45,20 +56,14 @@ const BOOLEAN: Type = Type::scalar(ScalarType::Boolean);
 
 impl<'t, 's> Elaborator<'t, 's> {
     /// For the text of a scope with these local names around it.
-    pub fn new(
-        tree: &'t mut InstanceTree<'s>,
-        typing: &'t mut Typing,
-        scope: Scope,
-        locals: Vec<(Name, Type)>,
-    ) -> Self {
-        Self { tree, typing, scope, locals, in_function: false, in_when: false }
+    pub fn new(scopes: &'t mut Scopes<'s>, typing: &'t mut Typing, scope: Scope, locals: Vec<(Name, Type)>) -> Self {
+        Self { scopes, typing, scope, locals, in_function: false, in_when: false }
     }
 }
 
 impl Elaborator<'_, '_> {
     pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) -> Reported {
-        self.tree.table.report(Diagnostic::error(code, message).at(span, ""));
-        Reported
+        self.scopes.error(code, span, message)
     }
 
     /// What `make` makes, or what it says in failing.
@@ -66,12 +71,12 @@ impl Elaborator<'_, '_> {
         &mut self,
         make: impl FnOnce(&mut Self) -> Result<T, Reported>,
     ) -> Result<T, Rc<[Diagnostic]>> {
-        self.tree.table.messages.begin();
+        self.scopes.table.messages.begin();
         let made = make(self);
-        let said = self.tree.table.messages.end();
+        let said = self.scopes.table.messages.end();
         match made {
             Ok(made) => {
-                self.tree.table.messages.report_all(said);
+                self.scopes.table.messages.report_all(said);
                 Ok(made)
             }
             Err(Reported) => Err(said.into()),
@@ -211,9 +216,9 @@ impl Elaborator<'_, '_> {
     fn iterators(&mut self, iterators: &[text::Iterator], last_first: bool) -> Result<Vec<Iterator>, Reported> {
         let mut typed = Vec::with_capacity(iterators.len());
         let mut one = |own: &mut Self, iterator: &text::Iterator| -> Result<(), Reported> {
-            let range = iterator.range.as_ref().map(|range| own.expr(range)).transpose()?;
-            let ty = range.as_ref().map_or(INTEGER, |range| range.ty.with_rank(0));
-            own.locals.push((iterator.name.name.clone(), ty));
+            let Some(range) = &iterator.range else { return Err(own.scopes.no_range(iterator)) };
+            let range = own.expr(range)?;
+            own.locals.push((iterator.name.name.clone(), range.ty.with_rank(0)));
             typed.push(Iterator { name: iterator.name.clone(), range });
             Ok(())
         };

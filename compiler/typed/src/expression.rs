@@ -161,13 +161,13 @@ pub struct Construction {
 pub struct Iterator {
     /// The variable.
     pub name: Ident,
-    /// Its values; `None` if they follow from the sizes of what it is a subscript of.
-    pub range: Option<Expr>,
+    /// Its values.
+    pub range: Expr,
 }
 
 impl Iterator {
     fn text(&self, purpose: For) -> text::Iterator {
-        text::Iterator { name: self.name.clone(), range: self.range.as_ref().map(|e| e.text(purpose)) }
+        text::Iterator { name: self.name.clone(), range: Some(self.range.text(purpose)) }
     }
 }
 

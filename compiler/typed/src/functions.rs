@@ -17,13 +17,13 @@ impl Elaborator<'_, '_> {
     /// # Errors
     /// When a declaration of it has no type; reported.
     pub fn signature(&mut self, local: &LocalClass) -> Result<Rc<Signature>, Reported> {
-        let inst = self.tree.package_of(local)?;
+        let inst = self.scopes.package_of(local)?;
         if let Some(known) = self.typing.signatures.get(&inst) {
             return Ok(known.clone());
         }
-        let shape = self.tree.table.shape(local.class)?;
+        let shape = self.scopes.table.shape(local.class)?;
         let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
-        for FunctionComponent { frame, component, .. } in self.tree.function_components(inst, &shape)? {
+        for FunctionComponent { frame, component, .. } in self.scopes.function_components(inst, &shape)? {
             let list = match component.direction {
                 Some(Direction::Input) => &mut inputs,
                 Some(Direction::Output) => &mut outputs,
@@ -42,19 +42,19 @@ impl Elaborator<'_, '_> {
     /// # Errors
     /// When a declaration of it has no type; reported.
     pub fn function(&mut self, local: &LocalClass) -> Result<Rc<Function>, Reported> {
-        let inst = self.tree.package_of(local)?;
+        let inst = self.scopes.package_of(local)?;
         if let Some(known) = self.typing.functions.get(&inst) {
             return Ok(known.clone());
         }
-        let shape = self.tree.table.shape(local.class)?;
-        let components = self.tree.function_components(inst, &shape)?;
+        let shape = self.scopes.table.shape(local.class)?;
+        let components = self.scopes.function_components(inst, &shape)?;
         let mut locals: Vec<(Name, Type)> = Vec::with_capacity(components.len());
         for FunctionComponent { frame, component, .. } in &components {
             let ty = self.declared_type(Scope { inst, frame: *frame }, component)?;
             locals.push((component.name.name.clone(), ty));
         }
         let mut inside = Elaborator {
-            tree: &mut *self.tree,
+            scopes: &mut *self.scopes,
             typing: &mut *self.typing,
             scope: Scope { inst, frame: 0 },
             locals,
@@ -87,7 +87,9 @@ impl Elaborator<'_, '_> {
             let mut dims: Vec<_> = text.dims.iter().map(|dim| self.deferred(dim)).collect();
             dims.extend(self.dims_of_type(Scope { inst, frame }, &text));
             let value = text.modification.binding.as_ref().map(|value| match value_scope {
-                Some(around) => Elaborator::new(&mut *self.tree, &mut *self.typing, around, Vec::new()).deferred(value),
+                Some(around) => {
+                    Elaborator::new(&mut *self.scopes, &mut *self.typing, around, Vec::new()).deferred(value)
+                }
                 None => self.deferred(value),
             });
             let (name, direction, variability) = (text.name.clone(), text.direction, text.variability);
@@ -95,7 +97,7 @@ impl Elaborator<'_, '_> {
         }
         let (mut algorithms, mut external, mut equation) = (Vec::new(), None, None);
         for (frame, part) in shape.frames.iter().enumerate() {
-            let owner = self.tree.table.class(part.class).def.clone();
+            let owner = self.scopes.table.class(part.class).def.clone();
             let ClassBody::Long { algorithms: own, external: outside, equations, .. } = &owner.body else { continue };
             equation = equation.or(equations.iter().find_map(|section| section.equations.first()).map(|e| e.span));
             self.scope.frame = frame as u32;
@@ -106,7 +108,7 @@ impl Elaborator<'_, '_> {
                 algorithms.push((frame as u32, self.statements(&section.statements)));
             }
         }
-        let def = self.tree.table.class(local.class).def.clone();
+        let def = self.scopes.table.class(local.class).def.clone();
         Function { inst, class: local.clone(), def, shape, variables, algorithms, external, equation }
     }
 }

@@ -17,7 +17,7 @@ mod statements;
 mod types;
 mod walk;
 
-pub use elaborate::{Elaborator, Typing};
+pub use elaborate::{Elaborator, FieldDims, Typing};
 pub use expression::{Call, Callee, Construction, Expr, Iterator, Kind, Local, Variable};
 pub use function::{Declaration, External, Function, Signature};
 pub use statement::{Assertion, Equation, EquationKind, Overdetermined, Statement, StatementKind};

@@ -32,17 +32,17 @@ impl Elaborator<'_, '_> {
             let ty = Type { base: Base::Scalar(ScalarType::Boolean), rank: 1 };
             return Ok(Expr { kind: Kind::Values(None, Rc::new(reference.clone())), ty, span: reference.span });
         }
-        if let Some(named) = self.tree.parts_named(reference, self.scope, &Env::default()) {
+        if let Some(named) = self.scopes.parts_named(reference, self.scope, &Env::default()) {
             return self.expr(&named);
         }
         let span = reference.span;
-        let (kind, ty) = match self.tree.resolve(self.scope, reference)? {
+        let (kind, ty) = match self.scopes.resolve(self.scope, reference)? {
             Resolved::Time => (Kind::Time, Type::scalar(ScalarType::Real)),
             Resolved::Literal(enumeration, k) => {
                 let ty = Type::scalar(ScalarType::Enumeration(enumeration.clone()));
                 (Kind::Literal(enumeration, k, Rc::new(reference.clone())), ty)
             }
-            Resolved::Class(local) => match self.tree.enumeration(local.class) {
+            Resolved::Class(local) => match self.scopes.enumeration(local.class) {
                 Some(enumeration) => {
                     let base = Base::Scalar(ScalarType::Enumeration(enumeration.clone()));
                     (Kind::Values(Some(enumeration), Rc::new(reference.clone())), Type { base, rank: 1 })
@@ -54,7 +54,7 @@ impl Elaborator<'_, '_> {
                 let mut rank = 0;
                 for (inst, subscripts) in steps {
                     let subscripts = self.all(subscripts)?;
-                    rank += rank_left(self.tree.instances[inst].dims.len(), &subscripts);
+                    rank += rank_left(self.scopes.instances[inst].dims.len(), &subscripts);
                     typed.push((inst, subscripts));
                 }
                 let last = typed[typed.len() - 1].0;
@@ -70,8 +70,8 @@ impl Elaborator<'_, '_> {
         let mut steps = Vec::new();
         let mut reference = ComponentRef { global: false, parts: Vec::new(), span };
         let mut rest = at.iter();
-        for id in hyd_instance::instance::chain(&self.tree.instances, inst).into_iter().skip(1) {
-            let instance = &self.tree.instances[id];
+        for id in hyd_instance::instance::chain(&self.scopes.instances, inst).into_iter().skip(1) {
+            let instance = &self.scopes.instances[id];
             let taken: Vec<i64> = rest.by_ref().take(instance.dims.len()).map(|&k| k as i64 + 1).collect();
             let typed =
                 taken.iter().map(|&k| Expr { kind: Kind::Integer(k), ty: Type::scalar(ScalarType::Integer), span });
@@ -101,53 +101,56 @@ impl Elaborator<'_, '_> {
 
     /// What one element of a component is.
     fn base_of(&mut self, inst: InstId) -> Base {
-        let instance = &self.tree.instances[inst];
+        let instance = &self.scopes.instances[inst];
         if let Some(primitive) = &instance.primitive {
             return Base::Scalar(primitive.scalar.clone());
         }
-        if !self.tree.is_record(inst) {
+        if !self.scopes.is_record(inst) {
             return Base::None;
         }
         if let Some(known) = self.typing.records.get(&inst) {
             return Base::Record(known.clone());
         }
-        let name = instance.class.map(|class| self.tree.table.full_name(class)).unwrap_or_default();
+        let name = instance.class.map(|class| self.scopes.table.full_name(class)).unwrap_or_default();
         let mut fields = Vec::new();
-        for child in self.tree.instances[inst].children.clone() {
-            let rank = self.tree.instances[child].dims.len();
-            let field = self.tree.instances[child].name.clone();
+        for child in self.scopes.instances[inst].children.clone() {
+            let rank = self.scopes.instances[child].dims.len();
+            let field = self.scopes.instances[child].name.clone();
             fields.push((field, Type { base: self.base_of(child), rank }));
         }
-        let class = self.tree.instances[inst].class;
-        let record = Rc::new(RecordType { name, class, fields });
+        let class = self.scopes.instances[inst].class;
+        let record = Rc::new(RecordType { name, class, inst: None, fields });
         self.typing.records.insert(inst, record.clone());
         Base::Record(record)
     }
 
-    /// The type of a variable of a function, from its declaration.
-    pub(crate) fn declared_type(&mut self, scope: Scope, component: &Component) -> Result<Type, Reported> {
+    /// The type of a variable of a function, or of a field of a record, from its declaration.
+    ///
+    /// # Errors
+    /// When its class is none for a variable; reported.
+    pub fn declared_type(&mut self, scope: Scope, component: &Component) -> Result<Type, Reported> {
         let rank = component.dims.len();
         if let [only] = component.class.parts.as_slice()
             && let Some(scalar) = predefined(&only.name)
         {
             return Ok(Type { base: Base::Scalar(scalar), rank });
         }
-        let local = self.tree.find_class(scope, &component.class)?;
-        let shape = self.tree.table.shape(local.class)?;
+        let local = self.scopes.find_class(scope, &component.class)?;
+        let shape = self.scopes.table.shape(local.class)?;
         // `type Vector = Real[3]` has dimensions of its own.
         let rank = rank
-            + (0..shape.frames.len() as u32).map(|k| own_dims(shape.def(&self.tree.table, k)).len()).sum::<usize>();
-        if let Some(enumeration) = self.tree.enumeration(local.class) {
+            + (0..shape.frames.len() as u32).map(|k| own_dims(shape.def(&self.scopes.table, k)).len()).sum::<usize>();
+        if let Some(enumeration) = self.scopes.enumeration(local.class) {
             return Ok(Type { base: Base::Scalar(ScalarType::Enumeration(enumeration)), rank });
         }
         if let Some(scalar) = shape.builtin.as_deref().and_then(predefined) {
             return Ok(Type { base: Base::Scalar(scalar), rank });
         }
-        if self.tree.table.class(local.class).def.kind == ClassKind::Function {
+        if self.scopes.table.class(local.class).def.kind == ClassKind::Function {
             let result = self.type_of_outputs(&local)?;
             return Ok(Type { base: Base::Function(Rc::new(result)), rank });
         }
-        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
+        if self.scopes.table.class(local.class).def.kind != ClassKind::Record {
             let message = format!("`{}` cannot be a variable of a function", component.name.name);
             return Err(self.error(Code::TypeMismatch, component.name.span, message));
         }
@@ -155,47 +158,58 @@ impl Elaborator<'_, '_> {
     }
 
     /// The sizes that short definitions add to a declaration, each read where it is written.
-    pub(crate) fn dims_of_type(&mut self, scope: Scope, component: &Component) -> Vec<Expr> {
+    pub fn dims_of_type(&mut self, scope: Scope, component: &Component) -> Vec<Expr> {
         if matches!(component.class.parts.as_slice(), [only] if predefined(&only.name).is_some()) {
             return Vec::new();
         }
         // The type of the declaration has been asked for before, with all that may be wrong with it.
-        let Ok(local) = self.tree.find_class(scope, &component.class) else { return Vec::new() };
-        let Ok(shape) = self.tree.table.shape(local.class) else { return Vec::new() };
+        let Ok(local) = self.scopes.find_class(scope, &component.class) else { return Vec::new() };
+        let Ok(shape) = self.scopes.table.shape(local.class) else { return Vec::new() };
         let mut typed = Vec::new();
         for frame in 0..shape.frames.len() as u32 {
-            let def = shape.def(&self.tree.table, frame).clone();
+            let def = shape.def(&self.scopes.table, frame).clone();
             if own_dims(&def).is_empty() {
                 continue;
             }
-            let Ok(inst) = self.tree.package_of(&local) else { continue };
+            let Ok(inst) = self.scopes.package_of(&local) else { continue };
             let scope = Scope { inst, frame };
-            let mut there = Elaborator::new(&mut *self.tree, &mut *self.typing, scope, Vec::new());
+            let mut there = Elaborator::new(&mut *self.scopes, &mut *self.typing, scope, Vec::new());
             typed.extend(own_dims(&def).iter().map(|dim| there.deferred(dim)));
         }
         typed
     }
 
+    /// All sizes of a declaration that stands in a scope: its own and those of its type.
+    pub fn declared_dims(&mut self, scope: Scope, component: &Component) -> Vec<Expr> {
+        let mut there = Elaborator::new(&mut *self.scopes, &mut *self.typing, scope, Vec::new());
+        let mut dims: Vec<Expr> = component.dims.iter().map(|dim| there.deferred(dim)).collect();
+        dims.extend(self.dims_of_type(scope, component));
+        dims
+    }
+
     /// A record as its declaration has it.
     pub(crate) fn record_base(&mut self, local: &LocalClass) -> Result<Base, Reported> {
-        let shape = self.tree.table.shape(local.class)?;
-        let inst = self.tree.package_of(local)?;
+        let shape = self.scopes.table.shape(local.class)?;
+        let inst = self.scopes.package_of(local)?;
         if let Some(known) = self.typing.records.get(&inst) {
             return Ok(Base::Record(known.clone()));
         }
-        let name = self.tree.table.full_name(local.class);
+        let name = self.scopes.table.full_name(local.class);
         // A record that holds itself is reported by whoever makes one.
-        self.typing
-            .records
-            .insert(inst, Rc::new(RecordType { name: name.clone(), class: Some(local.class), fields: Vec::new() }));
-        let mut fields = Vec::new();
+        let record =
+            |fields| Rc::new(RecordType { name: name.clone(), class: Some(local.class), inst: Some(inst), fields });
+        self.typing.records.insert(inst, record(Vec::new()));
+        let (mut fields, mut dims) = (Vec::new(), Vec::new());
         for element in shape.elements.iter().filter(|e| e.component) {
-            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
+            let owner = self.scopes.table.class(shape.frames[element.frame as usize].class).def.clone();
             let declared = &hyd_instance::class::elements(&owner)[element.position as usize];
             if let Element::Component(field) = declared {
                 let scope = Scope { inst, frame: element.frame };
                 match self.declared_type(scope, field) {
-                    Ok(ty) => fields.push((element.name.clone(), ty)),
+                    Ok(ty) => {
+                        fields.push((element.name.clone(), ty));
+                        dims.push((element.frame, self.declared_dims(scope, field)));
+                    }
                     Err(Reported) => {
                         self.typing.records.remove(&inst);
                         return Err(Reported);
@@ -203,8 +217,9 @@ impl Elaborator<'_, '_> {
                 }
             }
         }
-        let record = Rc::new(RecordType { name, class: Some(local.class), fields });
+        let record = record(fields);
         self.typing.records.insert(inst, record.clone());
+        self.typing.dims.insert(inst, dims.into());
         Ok(Base::Record(record))
     }
 }

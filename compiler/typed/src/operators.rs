@@ -27,7 +27,7 @@ impl Elaborator<'_, '_> {
         let classes: Vec<ClassId> = [a, b].into_iter().filter_map(|e| class_of(&e.ty)).collect();
         let mut functions = Vec::new();
         for &class in &classes {
-            for function in self.tree.overloads(class, name) {
+            for function in self.scopes.overloads(class, name) {
                 if !functions.iter().any(|known: &LocalClass| known.class == function.class) {
                     functions.push(function);
                 }
@@ -70,7 +70,7 @@ impl Elaborator<'_, '_> {
             UnaryOp::Plus => return Ok(Some(a.clone())),
             UnaryOp::Not => "'not'",
         };
-        let functions = self.tree.overloads(class, name);
+        let functions = self.scopes.overloads(class, name);
         if functions.is_empty() {
             return Ok(None);
         }
@@ -87,12 +87,12 @@ impl Elaborator<'_, '_> {
         positional: &[Expr],
         named: &[(text::Ident, Expr)],
     ) -> Result<Option<LocalClass>, Reported> {
-        for function in self.tree.overloads(record.class, "'constructor'") {
+        for function in self.scopes.overloads(record.class, "'constructor'") {
             let signature = self.signature(&function)?;
             let known = named.iter().all(|(name, _)| signature.inputs.iter().any(|(input, _)| *input == name.name));
             let fits = known
                 && positional.len() + named.len() <= signature.inputs.len()
-                && self.tree.required_inputs(&function)? <= positional.len() + named.len()
+                && self.scopes.required_inputs(&function)? <= positional.len() + named.len()
                 && positional
                     .iter()
                     .zip(&signature.inputs)
@@ -117,7 +117,7 @@ impl Elaborator<'_, '_> {
         let mut best: Option<Fit> = None;
         for function in functions {
             let signature = self.signature(function)?;
-            if signature.inputs.len() < arguments.len() || self.tree.required_inputs(function)? != arguments.len() {
+            if signature.inputs.len() < arguments.len() || self.scopes.required_inputs(function)? != arguments.len() {
                 continue;
             }
             let more: Option<Vec<usize>> =
@@ -136,7 +136,7 @@ impl Elaborator<'_, '_> {
             name: text::Ident { name: name.clone(), span },
             subscripts: Vec::new(),
         };
-        let parts = self.tree.table.class(function.class).path.iter().map(part).collect();
+        let parts = self.scopes.table.class(function.class).path.iter().map(part).collect();
         let name = Rc::new(ComponentRef { global: true, parts, span });
         let call = Call { function: Callee::Class(function), name, positional: arguments, named: Vec::new() };
         Ok(Expr { kind: Kind::Call(Box::new(call)), ty, span })

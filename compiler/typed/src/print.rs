@@ -1,6 +1,6 @@
 //! Typed expressions as text: every operation with its type, names as what they mean.
 
-use hyd_instance::{InstanceTree, ScalarType, instance::path};
+use hyd_instance::{ScalarType, Scopes, instance::path};
 use hyd_syntax::tree::{BinaryOp, UnaryOp};
 
 use crate::expression::{Callee, Expr, Iterator, Kind};
@@ -47,17 +47,14 @@ fn sign(op: BinaryOp) -> &'static str {
 
 impl Expr {
     /// The expression with what its names mean and, behind each part, its type.
-    pub fn describe(&self, tree: &InstanceTree<'_>) -> String {
-        let all = |list: &[Expr]| list.iter().map(|e| e.describe(tree)).collect::<Vec<_>>().join(", ");
+    pub fn describe(&self, scopes: &Scopes<'_>) -> String {
+        let all = |list: &[Expr]| list.iter().map(|e| e.describe(scopes)).collect::<Vec<_>>().join(", ");
         let at = |subscripts: &[Expr]| match subscripts {
             [] => String::new(),
             list => format!("[{}]", all(list)),
         };
         let loops = |iterators: &[Iterator]| {
-            let one = |i: &Iterator| match &i.range {
-                Some(range) => format!("{} in {}", i.name.name, range.describe(tree)),
-                None => i.name.name.to_string(),
-            };
+            let one = |i: &Iterator| format!("{} in {}", i.name.name, i.range.describe(scopes));
             iterators.iter().map(one).collect::<Vec<_>>().join(", ")
         };
         let text = match &self.kind {
@@ -76,8 +73,8 @@ impl Expr {
                 let mut text = String::new();
                 for (k, (inst, subscripts)) in variable.steps.iter().enumerate() {
                     text += &match k {
-                        0 => path(&tree.instances, *inst),
-                        _ => format!(".{}", tree.instances[*inst].name),
+                        0 => path(&scopes.instances, *inst),
+                        _ => format!(".{}", scopes.instances[*inst].name),
                     };
                     text += &at(subscripts);
                 }
@@ -90,22 +87,22 @@ impl Expr {
                 format!("local {}", local.parts.iter().map(part).collect::<Vec<_>>().join("."))
             }
             Kind::Builtin(builtin, list) => format!("{}({})", builtin.name(), all(list)),
-            Kind::Format(value, _) => format!("String({})", value.describe(tree)),
+            Kind::Format(value, _) => format!("String({})", value.describe(scopes)),
             Kind::Reduction(builtin, body, iterators) => {
-                format!("{}({} for {})", builtin.name(), body.describe(tree), loops(iterators))
+                format!("{}({} for {})", builtin.name(), body.describe(scopes), loops(iterators))
             }
             Kind::Call(call) | Kind::Function(call) => {
-                let mut list: Vec<String> = call.positional.iter().map(|e| e.describe(tree)).collect();
-                list.extend(call.named.iter().map(|(name, e)| format!("{} = {}", name.name, e.describe(tree))));
+                let mut list: Vec<String> = call.positional.iter().map(|e| e.describe(scopes)).collect();
+                list.extend(call.named.iter().map(|(name, e)| format!("{} = {}", name.name, e.describe(scopes))));
                 let name = match &call.function {
-                    Callee::Class(class) => tree.table.full_name(class.class),
+                    Callee::Class(class) => scopes.table.full_name(class.class),
                     Callee::Local(local) => local.name().to_string(),
                 };
                 let before = if matches!(self.kind, Kind::Function(_)) { "function " } else { "" };
                 format!("{before}{name}({})", list.join(", "))
             }
             Kind::Record(made) => {
-                format!("{}({})", tree.table.full_name(made.record.class), all(&made.given))
+                format!("{}({})", scopes.table.full_name(made.record.class), all(&made.given))
             }
             Kind::Unary(op, a) => {
                 let sign = match op {
@@ -113,28 +110,29 @@ impl Expr {
                     UnaryOp::Plus => "+",
                     UnaryOp::Not => "not ",
                 };
-                format!("({sign}{})", a.describe(tree))
+                format!("({sign}{})", a.describe(scopes))
             }
-            Kind::Binary(op, a, b) => format!("({} {} {})", a.describe(tree), sign(*op), b.describe(tree)),
+            Kind::Binary(op, a, b) => format!("({} {} {})", a.describe(scopes), sign(*op), b.describe(scopes)),
             Kind::If(branches, otherwise) => {
-                let branch = |(c, e): &(Expr, Expr)| format!("if {} then {} else ", c.describe(tree), e.describe(tree));
-                format!("({}{})", branches.iter().map(branch).collect::<String>(), otherwise.describe(tree))
+                let branch =
+                    |(c, e): &(Expr, Expr)| format!("if {} then {} else ", c.describe(scopes), e.describe(scopes));
+                format!("({}{})", branches.iter().map(branch).collect::<String>(), otherwise.describe(scopes))
             }
             Kind::Range(a, step, b) => {
-                let step = step.as_ref().map_or(String::new(), |step| format!("{}:", step.describe(tree)));
-                format!("({}:{step}{})", a.describe(tree), b.describe(tree))
+                let step = step.as_ref().map_or(String::new(), |step| format!("{}:", step.describe(scopes)));
+                format!("({}:{step}{})", a.describe(scopes), b.describe(scopes))
             }
             Kind::Array(items) => format!("{{{}}}", all(items)),
-            Kind::ArrayFor(body, iterators) => format!("{{{} for {}}}", body.describe(tree), loops(iterators)),
+            Kind::ArrayFor(body, iterators) => format!("{{{} for {}}}", body.describe(scopes), loops(iterators)),
             Kind::Matrix(rows) => format!("[{}]", rows.iter().map(|row| all(row)).collect::<Vec<_>>().join("; ")),
             Kind::Tuple(items) => {
-                let item = |e: &Option<Expr>| e.as_ref().map_or(String::new(), |e| e.describe(tree));
+                let item = |e: &Option<Expr>| e.as_ref().map_or(String::new(), |e| e.describe(scopes));
                 format!("({})", items.iter().map(item).collect::<Vec<_>>().join(", "))
             }
-            Kind::Field(record, name) => format!("{}.{}", record.describe(tree), name.name),
+            Kind::Field(record, name) => format!("{}.{}", record.describe(scopes), name.name),
             Kind::Colon => return ":".to_string(),
             Kind::End => "end".to_string(),
-            Kind::Class(local, _) => format!("class {}", tree.table.full_name(local.class)),
+            Kind::Class(local, _) => format!("class {}", scopes.table.full_name(local.class)),
             Kind::Failed(said, _) => {
                 let said: Vec<&str> = said.iter().map(|d| d.message.as_str()).collect();
                 return format!("<{}>", said.join("; "));

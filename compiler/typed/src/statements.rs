@@ -117,7 +117,7 @@ impl Elaborator<'_, '_> {
     fn ends_with(&mut self, call: &Expr) -> Option<Expr> {
         let Kind::Call(call) = &call.kind else { return None };
         let Callee::Class(class) = &call.function else { return None };
-        let def = self.tree.table.class(class.class).def.clone();
+        let def = self.scopes.table.class(class.class).def.clone();
         let text::ClassBody::Long { external: Some(external), .. } = &def.body else { return None };
         let is_error = external.call.as_ref().is_some_and(|call| hyd_instance::external::is_error(&call.name.name));
         let text = call.positional.first().or(call.named.first().map(|(_, text)| text));
@@ -138,7 +138,7 @@ impl Elaborator<'_, '_> {
         let (Some(condition), Some(text), None) = (part(0, "condition"), part(1, "message"), unknown) else {
             return Err(self.error(Code::BadArguments, span, wrong));
         };
-        let error = match part(2, "level").map(|level| self.tree.evaluate(level, self.scope, &Env::default())) {
+        let error = match part(2, "level").map(|level| self.scopes.evaluate(level, self.scope, &Env::default())) {
             Some(Ok(Value::Enumeration(_, k))) => k != 1,
             Some(Err(Reported)) => return Err(Reported),
             _ => true,
@@ -263,7 +263,7 @@ impl Elaborator<'_, '_> {
                 let message = format!("there is no `Connections.{name}`");
                 let known = ["branch", "root", "potentialRoot", "isRoot", "rooted"];
                 let help = did_you_mean(name, known);
-                self.tree.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "").maybe_help(help));
+                self.scopes.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "").maybe_help(help));
                 return Err(Reported);
             }
         };
@@ -284,7 +284,7 @@ impl Elaborator<'_, '_> {
             (None, "root") => Overdetermined::Root(last),
             (None, _) => {
                 let priority = match positional.get(1).or(priority) {
-                    Some(expr) => self.tree.evaluate(expr, self.scope, &Env::default())?,
+                    Some(expr) => self.scopes.evaluate(expr, self.scope, &Env::default())?,
                     None => Value::Integer(0),
                 };
                 let Value::Integer(priority) = priority else {
@@ -303,12 +303,12 @@ impl Elaborator<'_, '_> {
         right: &text::Expr,
     ) -> Result<EquationKind, Reported> {
         if let Some(names) = self.fields_determined(left).or_else(|| self.fields_determined(right)) {
-            self.tree.check_record(self.scope, left)?;
-            self.tree.check_record(self.scope, right)?;
+            self.scopes.check_record(self.scope, left)?;
+            self.scopes.check_record(self.scope, right)?;
             let mut fields = Vec::with_capacity(names.len());
             for name in names {
-                let left = self.tree.field_of(self.scope, left, &name)?;
-                let right = self.tree.field_of(self.scope, right, &name)?;
+                let left = self.scopes.field_of(self.scope, left, &name)?;
+                let right = self.scopes.field_of(self.scope, right, &name)?;
                 let kind = text::EquationKind::Equal(left, right);
                 fields.push(self.equation(&text::Equation { kind, description: None, span: equation.span }));
             }
@@ -370,26 +370,30 @@ impl Elaborator<'_, '_> {
         if self.local_type(reference).is_some() {
             return None;
         }
-        let resolved = self.tree.quietly(|tree| {
-            tree.resolve(self.scope, reference).map(|found| match found {
+        let resolved = self.scopes.quietly(|scopes| {
+            scopes.resolve(self.scope, reference).map(|found| match found {
                 hyd_instance::Resolved::Variable(steps) => Some(steps[steps.len() - 1].0),
                 _ => None,
             })
         });
         let last = resolved.ok()??;
-        if !self.tree.is_record(last) {
+        if !self.scopes.is_record(last) {
             return None;
         }
-        let last = &self.tree.instances[last];
-        let whole = last.variability;
-        let open = |child: &&InstId| {
-            let child = &self.tree.instances[**child];
-            let is_final = child.primitive.as_ref().is_some_and(|p| p.is_final);
-            child.variability == whole || child.variability > Variability::Parameter || {
-                child.variability == Variability::Parameter && !is_final
-            }
+        let whole = self.scopes.variability(last);
+        let open = |&&child: &&InstId| {
+            let is_final = self.scopes.instances[child].primitive.as_ref().is_some_and(|p| p.is_final);
+            let own = self.scopes.variability(child);
+            own == whole || own > Variability::Parameter || own == Variability::Parameter && !is_final
         };
-        Some(last.children.iter().filter(open).map(|&c| self.tree.instances[c].name.clone()).collect())
+        Some(
+            self.scopes.instances[last]
+                .children
+                .iter()
+                .filter(open)
+                .map(|&c| self.scopes.instances[c].name.clone())
+                .collect(),
+        )
     }
 
     /// The component that an end of a connection names; `None` if it, or what it is in, does not exist.
@@ -399,10 +403,10 @@ impl Elaborator<'_, '_> {
         }
         let expr = self.reference(reference)?;
         match &expr.kind {
-            Kind::Variable(variable) if self.tree.instances[variable.last()].absent => Ok(None),
+            Kind::Variable(variable) if self.scopes.instances[variable.last()].absent => Ok(None),
             Kind::Variable(_) => Ok(Some(expr)),
             _ => {
-                let message = format!("`{}` is not a connector", self.tree.table.files.snippet(reference.span));
+                let message = format!("`{}` is not a connector", self.scopes.table.files.snippet(reference.span));
                 Err(self.error(Code::ConnectorMismatch, reference.span, message))
             }
         }
@@ -411,11 +415,11 @@ impl Elaborator<'_, '_> {
     fn leads_to_absent(&self, reference: &ComponentRef) -> bool {
         let mut current = self.scope.inst;
         for part in &reference.parts {
-            match self.tree.instances[current].by_name.get(&part.name.name) {
-                Some(&next) => current = self.tree.part_at(next, &part.subscripts).unwrap_or(next),
+            match self.scopes.instances[current].by_name.get(&part.name.name) {
+                Some(&next) => current = self.scopes.part_at(next, &part.subscripts).unwrap_or(next),
                 None => return false,
             }
-            if self.tree.instances[current].absent {
+            if self.scopes.instances[current].absent {
                 return true;
             }
         }
@@ -424,7 +428,7 @@ impl Elaborator<'_, '_> {
 
     /// Messages of what was never reached.
     pub fn say(&mut self, said: &Rc<[Diagnostic]>) -> Reported {
-        self.tree.table.messages.report_all(said.to_vec());
+        self.scopes.table.messages.report_all(said.to_vec());
         Reported
     }
 }

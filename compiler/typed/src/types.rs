@@ -5,7 +5,7 @@
 
 use std::rc::Rc;
 
-use hyd_instance::{ClassId, ScalarType};
+use hyd_instance::{ClassId, InstId, ScalarType};
 use hyd_syntax::tree::Name;
 
 /// What one element is.
@@ -28,6 +28,8 @@ pub struct RecordType {
     pub name: String,
     /// Its class, where that is known.
     pub class: Option<ClassId>,
+    /// The scope of its text, where it is one that a declaration names: what its fields are declared with is asked by it.
+    pub inst: Option<InstId>,
     /// Fields in the order of the text.
     pub fields: Vec<(Name, Type)>,
 }

@@ -41,7 +41,7 @@ impl<V: Visitor> Walk<'_, V> {
     }
 
     fn loops(&mut self, iterators: &[Iterator], body: &Expr) {
-        iterators.iter().filter_map(|i| i.range.as_ref()).for_each(|e| self.expr(e));
+        self.all(iterators.iter().map(|i| &i.range));
         self.own.extend(iterators.iter().map(|i| i.name.name.clone()));
         self.expr(body);
         self.own.truncate(self.own.len() - iterators.len());
@@ -192,7 +192,7 @@ pub fn walk_statements(statements: &[Statement], expr: &mut dyn FnMut(&Expr), fa
                 }
             }
             StatementKind::For(iterators, body) => {
-                iterators.iter().filter_map(|i| i.range.as_ref()).for_each(&mut *expr);
+                iterators.iter().map(|i| &i.range).for_each(&mut *expr);
                 walk_statements(body, expr, failed);
             }
             StatementKind::While(condition, body) => {

@@ -2,7 +2,7 @@
 //!
 //! Values may name parameters of the instance that is drawn (`visible = useHeatPort`); what cannot be known before a run keeps its default.
 
-use hyd_instance::{Env, InstanceTree, Scope, Value};
+use hyd_instance::{Env, Scope, Scopes, Value};
 use hyd_source::Files;
 use hyd_syntax::tree::{
     Argument, Arguments, ClassBody, Element, Equation, Expr, ExprKind, Ident, Modification, UnaryOp,
@@ -21,7 +21,7 @@ const ENUMERATIONS: [&str; 8] =
 
 /// Reads annotations that stand in a class of an instance.
 pub(crate) struct Reader<'r, 's> {
-    pub(crate) tree: &'r mut InstanceTree<'s>,
+    pub(crate) scopes: &'r mut Scopes<'s>,
     pub(crate) scope: Scope,
 }
 
@@ -65,7 +65,7 @@ impl Reader<'_, '_> {
 
     fn evaluate(&mut self, expr: &Expr) -> Option<Value> {
         let scope = self.scope;
-        self.tree.quietly(|tree| tree.evaluate(expr, scope, &Env::default())).ok()
+        self.scopes.quietly(|scopes| scopes.evaluate(expr, scope, &Env::default())).ok()
     }
 
     pub(crate) fn is_true(&mut self, expr: Option<&Expr>, default: bool) -> bool {
@@ -320,21 +320,18 @@ fn end_of(text: &str) -> Option<usize> {
 }
 
 /// The box that icons and diagrams of a class have, the class itself asked first, and their graphics, bases first.
-pub(crate) fn inherited(
-    tree: &mut InstanceTree<'_>,
-    inst: hyd_instance::InstId,
-    layer: &str,
-) -> (Extent, Vec<Graphic>) {
+pub(crate) fn inherited(scopes: &mut Scopes<'_>, inst: hyd_instance::InstId, layer: &str) -> (Extent, Vec<Graphic>) {
     // A connector that is a variable has a class, but no components that a shape would tell.
-    let class = tree.instances[inst].class;
-    let shape = tree.instances[inst].shape.clone().or_else(|| tree.quietly(|tree| tree.table.shape(class?).ok()));
+    let class = scopes.instances[inst].class;
+    let shape =
+        scopes.instances[inst].shape.clone().or_else(|| scopes.quietly(|scopes| scopes.table.shape(class?).ok()));
     let Some(shape) = shape else { return (default_extent(), Vec::new()) };
     let mut extent = None;
     let mut by_frame = Vec::new();
     for (k, frame) in shape.frames.iter().enumerate() {
-        let def = tree.table.class(frame.class).def.clone();
+        let def = scopes.table.class(frame.class).def.clone();
         let scope = Scope { inst, frame: k as u32 };
-        let (own, graphics) = Reader { tree, scope }.layer(def.annotation.as_ref(), layer);
+        let (own, graphics) = Reader { scopes, scope }.layer(def.annotation.as_ref(), layer);
         extent = extent.or(own);
         by_frame.push(graphics);
     }
@@ -357,16 +354,13 @@ fn bases_first(ends: &[usize], own: usize, order: &mut Vec<usize>) {
 }
 
 /// The declaration of a component, as it was redeclared, and one behind it with an annotation where that has none.
-pub(crate) fn declared_annotation(
-    tree: &InstanceTree<'_>,
-    inst: hyd_instance::InstId,
-) -> Option<(Modification, Scope)> {
-    let parent = tree.instances[inst].parent?;
-    let shape = tree.instances[parent].shape.clone()?;
-    let element = &shape.elements[*shape.by_name.get(tree.declared_name(inst))? as usize];
+pub(crate) fn declared_annotation(scopes: &Scopes<'_>, inst: hyd_instance::InstId) -> Option<(Modification, Scope)> {
+    let parent = scopes.instances[inst].parent?;
+    let shape = scopes.instances[parent].shape.clone()?;
+    let element = &shape.elements[*shape.by_name.get(scopes.declared_name(inst))? as usize];
     let read = |frame: u32, position: u32| {
         let class = shape.frames.get(frame as usize)?.class;
-        let ClassBody::Long { elements, .. } = &tree.table.class(class).def.body else { return None };
+        let ClassBody::Long { elements, .. } = &scopes.table.class(class).def.body else { return None };
         match elements.get(position as usize)? {
             Element::Component(component) => component.annotation.clone(),
             _ => None,

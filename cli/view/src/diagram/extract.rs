@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use hyd_doc::html;
 use hyd_instance::connection_rules::VENDOR;
 use hyd_instance::instance::path;
-use hyd_instance::{Env, InstId, InstanceTree, Scope, Value};
+use hyd_instance::{Env, InstId, Scope, Scopes, Value};
 use hyd_results::format_number;
 use hyd_source::Span;
 use hyd_syntax::tree::{
@@ -66,12 +66,14 @@ pub(crate) struct Extracted {
 }
 
 /// The diagrams of a model and of its parts, with the classes of these.
-pub(crate) fn extract(tree: &mut InstanceTree<'_>) -> Extracted {
-    let mut found = Extracted { figures: figures(tree), plot: plotted(tree), ..Extracted::default() };
-    let mut open = VecDeque::from([tree.root]);
+pub(crate) fn extract(scopes: &mut Scopes<'_>) -> Extracted {
+    let mut found = Extracted { figures: figures(scopes), plot: plotted(scopes), ..Extracted::default() };
+    let mut open = VecDeque::from([scopes.instances.tree().root]);
     while let Some(inst) = open.pop_front() {
-        let parts = parts_of(tree, inst);
-        if parts.iter().all(|&part| tree.instances[part].kind == ClassKind::Connector) && inst != tree.root {
+        let parts = parts_of(scopes, inst);
+        if parts.iter().all(|&part| scopes.instances[part].kind == ClassKind::Connector)
+            && inst != scopes.instances.tree().root
+        {
             continue;
         }
         if found.diagrams.len() >= MOST_DIAGRAMS {
@@ -80,10 +82,10 @@ pub(crate) fn extract(tree: &mut InstanceTree<'_>) -> Extracted {
         }
         found.is_cut |= parts.len() > MOST_PARTS;
         let parts = &parts[..parts.len().min(MOST_PARTS)];
-        open.extend(parts.iter().filter(|&&part| tree.instances[part].kind != ClassKind::Connector));
-        let diagram = diagram(tree, inst, parts);
+        open.extend(parts.iter().filter(|&&part| scopes.instances[part].kind != ClassKind::Connector));
+        let diagram = diagram(scopes, inst, parts);
         for class in std::iter::once(inst).chain(parts.iter().copied()) {
-            describe(tree, class, &mut found.classes);
+            describe(scopes, class, &mut found.classes);
         }
         found.diagrams.push(diagram);
     }
@@ -91,10 +93,10 @@ pub(crate) fn extract(tree: &mut InstanceTree<'_>) -> Extracted {
 }
 
 /// Components that a diagram shows: models, blocks and connectors that exist; of an array in parts its first element.
-fn parts_of(tree: &InstanceTree<'_>, inst: InstId) -> Vec<InstId> {
+fn parts_of(scopes: &Scopes<'_>, inst: InstId) -> Vec<InstId> {
     let mut arrays = BTreeSet::new();
     let is_part = |&child: &InstId| {
-        let own = &tree.instances[child];
+        let own = &scopes.instances[child];
         let kind = match own.kind {
             ClassKind::Model | ClassKind::Block | ClassKind::Class => own.primitive.is_none(),
             ClassKind::Connector => true,
@@ -102,62 +104,62 @@ fn parts_of(tree: &InstanceTree<'_>, inst: InstId) -> Vec<InstId> {
         };
         kind && !own.absent && own.dims.iter().all(|&size| size > 0) && own.class.is_some()
     };
-    let children = tree.instances[inst].children.iter().copied().filter(is_part);
+    let children = scopes.instances[inst].children.iter().copied().filter(is_part);
     children
-        .filter(|&child| tree.instances[child].part_of.as_ref().is_none_or(|(array, _)| arrays.insert(array.0)))
+        .filter(|&child| scopes.instances[child].part_of.as_ref().is_none_or(|(array, _)| arrays.insert(array.0)))
         .collect()
 }
 
-fn diagram(tree: &mut InstanceTree<'_>, inst: InstId, parts: &[InstId]) -> Diagram {
-    let (extent, graphics) = inherited(tree, inst, "Diagram");
-    let class = class_name(tree, inst);
-    let name = tree.instances[inst].name.to_string();
-    let graphics = with_texts(tree, inst, graphics, &name, &class);
-    let made: Vec<(Part, Vec<InstId>)> = parts.iter().map(|&part| part_of(tree, part)).collect();
+fn diagram(scopes: &mut Scopes<'_>, inst: InstId, parts: &[InstId]) -> Diagram {
+    let (extent, graphics) = inherited(scopes, inst, "Diagram");
+    let class = class_name(scopes, inst);
+    let name = scopes.instances[inst].name.to_string();
+    let graphics = with_texts(scopes, inst, graphics, &name, &class);
+    let made: Vec<(Part, Vec<InstId>)> = parts.iter().map(|&part| part_of(scopes, part)).collect();
     let ports: Vec<Vec<InstId>> = made.iter().map(|(_, ports)| ports.clone()).collect();
-    let wires = wires(tree, inst, parts, &ports);
+    let wires = wires(scopes, inst, parts, &ports);
     let parts = made.into_iter().map(|(part, _)| part).collect();
-    Diagram { path: path(&tree.instances, inst), class, parts, wires, extent, graphics }
+    Diagram { path: path(&scopes.instances, inst), class, parts, wires, extent, graphics }
 }
 
-fn class_name(tree: &InstanceTree<'_>, inst: InstId) -> String {
-    tree.instances[inst].class.map_or_else(String::new, |class| tree.table.full_name(class))
+fn class_name(scopes: &Scopes<'_>, inst: InstId) -> String {
+    scopes.instances[inst].class.map_or_else(String::new, |class| scopes.table.full_name(class))
 }
 
 /// A part, and the instances of its ports.
-fn part_of(tree: &mut InstanceTree<'_>, inst: InstId) -> (Part, Vec<InstId>) {
-    let (extent, graphics) = inherited(tree, inst, "Icon");
-    let class = class_name(tree, inst);
-    let own = &tree.instances[inst];
+fn part_of(scopes: &mut Scopes<'_>, inst: InstId) -> (Part, Vec<InstId>) {
+    let (extent, graphics) = inherited(scopes, inst, "Icon");
+    let class = class_name(scopes, inst);
+    let own = &scopes.instances[inst];
     let sizes = match &own.part_of {
-        Some((array, _)) => &tree.instances[*array].dims,
+        Some((array, _)) => &scopes.instances[*array].dims,
         None => &own.dims,
     };
     let sizes: Vec<String> = sizes.iter().map(ToString::to_string).collect();
-    let plain = tree.declared_name(inst).to_string();
+    let plain = scopes.declared_name(inst).to_string();
     let name = if sizes.is_empty() { plain } else { format!("{plain}[{}]", sizes.join(",")) };
     let description = own.description.as_deref().unwrap_or_default().to_string();
     let (is_connector, span) = (own.kind == ClassKind::Connector, own.span);
-    let graphics = with_texts(tree, inst, graphics, &name, &class);
-    let placed = declared_annotation(tree, inst);
+    let graphics = with_texts(scopes, inst, graphics, &name, &class);
+    let placed = declared_annotation(scopes, inst);
     let placement = placed
-        .and_then(|(annotation, scope)| Reader { tree, scope }.placement(Some(&annotation), false).ok().flatten());
+        .and_then(|(annotation, scope)| Reader { scopes, scope }.placement(Some(&annotation), false).ok().flatten());
     let mut ports = Vec::new();
     let mut instances = Vec::new();
     if !is_connector {
-        for port in parts_of(tree, inst) {
-            if tree.instances[port].kind == ClassKind::Connector {
-                ports.push(port_of(tree, port));
+        for port in parts_of(scopes, inst) {
+            if scopes.instances[port].kind == ClassKind::Connector {
+                ports.push(port_of(scopes, port));
                 instances.push(port);
             }
         }
     }
     let part = Part {
-        path: path(&tree.instances, inst),
+        path: path(&scopes.instances, inst),
         name,
         class,
         description,
-        declared: declaration(tree, span),
+        declared: declaration(scopes, span),
         is_connector,
         placement,
         icon: Icon { extent, graphics },
@@ -166,36 +168,30 @@ fn part_of(tree: &mut InstanceTree<'_>, inst: InstId) -> (Part, Vec<InstId>) {
     (part, instances)
 }
 
-fn port_of(tree: &mut InstanceTree<'_>, inst: InstId) -> Port {
-    let (extent, graphics) = inherited(tree, inst, "Icon");
-    let name = tree.declared_name(inst).to_string();
-    let class = class_name(tree, inst);
-    let graphics = with_texts(tree, inst, graphics, &name, &class);
-    let placed = declared_annotation(tree, inst);
+fn port_of(scopes: &mut Scopes<'_>, inst: InstId) -> Port {
+    let (extent, graphics) = inherited(scopes, inst, "Icon");
+    let name = scopes.declared_name(inst).to_string();
+    let class = class_name(scopes, inst);
+    let graphics = with_texts(scopes, inst, graphics, &name, &class);
+    let placed = declared_annotation(scopes, inst);
     let placed =
-        placed.map_or(Ok(None), |(annotation, scope)| Reader { tree, scope }.placement(Some(&annotation), true));
+        placed.map_or(Ok(None), |(annotation, scope)| Reader { scopes, scope }.placement(Some(&annotation), true));
     Port {
         name,
         placement: placed.unwrap_or_default(),
-        is_hidden: placed.is_err() || tree.is_declared_protected(inst),
-        is_output: tree.instances[inst].direction == Some(Direction::Output),
+        is_hidden: placed.is_err() || scopes.is_declared_protected(inst),
+        is_output: scopes.instances[inst].direction == Some(Direction::Output),
         icon: Icon { extent, graphics },
     }
 }
 
 /// Graphics whose texts say what they stand for.
-fn with_texts(
-    tree: &mut InstanceTree<'_>,
-    inst: InstId,
-    graphics: Vec<Graphic>,
-    name: &str,
-    class: &str,
-) -> Vec<Graphic> {
+fn with_texts(scopes: &mut Scopes<'_>, inst: InstId, graphics: Vec<Graphic>, name: &str, class: &str) -> Vec<Graphic> {
     let fill = |mut own: Graphic| {
         if let Form::Text { text, .. } = &mut own.form
             && text.contains('%')
         {
-            *text = filled(text, name, class, |parameter| value_text(tree, inst, parameter));
+            *text = filled(text, name, class, |parameter| value_text(scopes, inst, parameter));
         }
         own
     };
@@ -203,13 +199,13 @@ fn with_texts(
 }
 
 /// The value of a parameter in an icon, if it is known at translation.
-fn value_text(tree: &mut InstanceTree<'_>, inst: InstId, name: &str) -> Option<String> {
+fn value_text(scopes: &mut Scopes<'_>, inst: InstId, name: &str) -> Option<String> {
     let mut found = inst;
     for part in name.split('.') {
-        found = *tree.instances[found].by_name.get(part)?;
+        found = *scopes.instances[found].by_name.get(part)?;
     }
-    let span = tree.instances[found].span;
-    let text = match tree.quietly(|tree| tree.value_of(found, span)).ok()? {
+    let span = scopes.instances[found].span;
+    let text = match scopes.quietly(|scopes| scopes.value_of(found, span)).ok()? {
         Value::Real(value) => {
             let mut text = String::new();
             format_number(value, &mut text);
@@ -225,8 +221,8 @@ fn value_text(tree: &mut InstanceTree<'_>, inst: InstId, name: &str) -> Option<S
 }
 
 /// File, line and text of the declaration around a name.
-fn declaration(tree: &InstanceTree<'_>, span: Span) -> (String, u32, String) {
-    let files = &tree.table.files;
+fn declaration(scopes: &Scopes<'_>, span: Span) -> (String, u32, String) {
+    let files = &scopes.table.files;
     let text = files.text(span.file);
     let line_start = text[..span.start as usize].rfind('\n').map_or(0, |at| at + 1);
     let end = text[span.end as usize..].find(';').map_or(text.len(), |at| span.end as usize + at + 1);
@@ -234,14 +230,14 @@ fn declaration(tree: &InstanceTree<'_>, span: Span) -> (String, u32, String) {
     (files.name(span.file).to_string(), files.location(span).line, written.chars().take(400).collect())
 }
 
-fn describe(tree: &InstanceTree<'_>, inst: InstId, classes: &mut BTreeMap<String, ClassInfo>) {
-    let Some(class) = tree.instances[inst].class else { return };
-    let name = tree.table.full_name(class);
+fn describe(scopes: &Scopes<'_>, inst: InstId, classes: &mut BTreeMap<String, ClassInfo>) {
+    let Some(class) = scopes.instances[inst].class else { return };
+    let name = scopes.table.full_name(class);
     if classes.contains_key(&name) {
         return;
     }
-    let def = tree.table.class(class).def.clone();
-    let files = &tree.table.files;
+    let def = scopes.table.class(class).def.clone();
+    let files = &scopes.table.files;
     let info = def.annotation.as_ref().and_then(|own| text_argument(argument(own, "Documentation")?, "info"));
     let own = ClassInfo {
         kind: def.kind.keyword(),
@@ -263,7 +259,7 @@ fn text_argument(annotation: &Modification, name: &str) -> Option<String> {
 
 /// Reads the connections of an instance.
 struct Connections<'r, 's> {
-    tree: &'r mut InstanceTree<'s>,
+    scopes: &'r mut Scopes<'s>,
     inst: InstId,
     parts: &'r [InstId],
     ports: &'r [Vec<InstId>],
@@ -271,11 +267,11 @@ struct Connections<'r, 's> {
     known: BTreeSet<(End, End)>,
 }
 
-fn wires(tree: &mut InstanceTree<'_>, inst: InstId, parts: &[InstId], ports: &[Vec<InstId>]) -> Vec<Wire> {
-    let Some(shape) = tree.instances[inst].shape.clone() else { return Vec::new() };
-    let mut connections = Connections { tree, inst, parts, ports, found: Vec::new(), known: BTreeSet::new() };
+fn wires(scopes: &mut Scopes<'_>, inst: InstId, parts: &[InstId], ports: &[Vec<InstId>]) -> Vec<Wire> {
+    let Some(shape) = scopes.instances[inst].shape.clone() else { return Vec::new() };
+    let mut connections = Connections { scopes, inst, parts, ports, found: Vec::new(), known: BTreeSet::new() };
     for (k, frame) in shape.frames.iter().enumerate() {
-        let def: std::sync::Arc<ClassDef> = connections.tree.table.class(frame.class).def.clone();
+        let def: std::sync::Arc<ClassDef> = connections.scopes.table.class(frame.class).def.clone();
         if let ClassBody::Long { equations, .. } = &def.body {
             let all: Vec<&Equation> = equations.iter().flat_map(|section| &section.equations).collect();
             connections.read(&all, k as u32);
@@ -308,7 +304,7 @@ impl Connections<'_, '_> {
 
     fn truth(&mut self, condition: &Expr, frame: u32) -> Option<bool> {
         let scope = Scope { inst: self.inst, frame };
-        match self.tree.quietly(|tree| tree.evaluate(condition, scope, &Env::default())) {
+        match self.scopes.quietly(|scopes| scopes.evaluate(condition, scope, &Env::default())) {
             Ok(Value::Boolean(value)) => Some(value),
             _ => None,
         }
@@ -320,16 +316,16 @@ impl Connections<'_, '_> {
         if from == to || !self.known.insert((from, to)) {
             return;
         }
-        let annotation = annotation_behind(&self.tree.table.files, equation);
+        let annotation = annotation_behind(&self.scopes.table.files, equation);
         let scope = Scope { inst: self.inst, frame };
-        let line = annotation.and_then(|own| Reader { tree: self.tree, scope }.line(&own));
+        let line = annotation.and_then(|own| Reader { scopes: self.scopes, scope }.line(&own));
         let (points, color) = line.map_or((None, None), |(points, color)| (Some(points), color));
-        let mut values = variables(self.tree, first);
+        let mut values = variables(self.scopes, first);
         if values.is_empty() {
-            values = variables(self.tree, second);
+            values = variables(self.scopes, second);
         }
         // A signal goes from what gives it to what takes it; a connector of the diagram's own model the other way round.
-        let gives = |end: End, inst: InstId| match (end.port, self.tree.instances[inst].direction) {
+        let gives = |end: End, inst: InstId| match (end.port, self.scopes.instances[inst].direction) {
             (Some(_), Some(direction)) => Some(direction == Direction::Output),
             (None, Some(direction)) => Some(direction == Direction::Input),
             _ => None,
@@ -349,9 +345,9 @@ impl Connections<'_, '_> {
     /// The place that a reference means, and the connector there.
     fn end(&self, reference: &ComponentRef) -> Option<(End, InstId)> {
         let at = |inst: InstId, name: &str| {
-            let found = *self.tree.instances[inst].by_name.get(name)?;
+            let found = *self.scopes.instances[inst].by_name.get(name)?;
             // Of an array in parts the first stands for all.
-            Some(self.tree.instances[found].parts.first().copied().unwrap_or(found))
+            Some(self.scopes.instances[found].parts.first().copied().unwrap_or(found))
         };
         let [first, rest @ ..] = reference.parts.as_slice() else { return None };
         let outer = at(self.inst, &first.name.name)?;
@@ -367,31 +363,31 @@ impl Connections<'_, '_> {
                 port = self.ports[part].iter().position(|&own| own == inner);
             }
         }
-        let is_connector = self.tree.instances[outer].kind == ClassKind::Connector;
+        let is_connector = self.scopes.instances[outer].kind == ClassKind::Connector;
         (is_connector || port.is_some()).then_some((End { part, port }, inner))
     }
 }
 
 /// Scalars of a connector by full name, those that are made equal first.
-fn variables(tree: &InstanceTree<'_>, connector: InstId) -> Vec<String> {
-    let is_scalar = |inst: InstId| hyd_instance::instance::full_dims(&tree.instances, inst).is_empty();
+fn variables(scopes: &Scopes<'_>, connector: InstId) -> Vec<String> {
+    let is_scalar = |inst: InstId| hyd_instance::instance::full_dims(&scopes.instances, inst).is_empty();
     if !is_scalar(connector) {
         return Vec::new();
     }
-    if tree.instances[connector].primitive.is_some() {
-        return vec![path(&tree.instances, connector)];
+    if scopes.instances[connector].primitive.is_some() {
+        return vec![path(&scopes.instances, connector)];
     }
-    let children = tree.instances[connector].children.iter().copied();
+    let children = scopes.instances[connector].children.iter().copied();
     let mut own: Vec<InstId> =
-        children.filter(|&child| tree.instances[child].primitive.is_some() && is_scalar(child)).collect();
-    own.sort_by_key(|&child| tree.instances[child].flow);
-    own.into_iter().map(|child| path(&tree.instances, child)).collect()
+        children.filter(|&child| scopes.instances[child].primitive.is_some() && is_scalar(child)).collect();
+    own.sort_by_key(|&child| scopes.instances[child].flow);
+    own.into_iter().map(|child| path(&scopes.instances, child)).collect()
 }
 
 /// The figures that the documentation of a model asks for (Modelica 3.6, section 18.2).
-fn figures(tree: &InstanceTree<'_>) -> Vec<FigureInfo> {
-    let Some(class) = tree.instances[tree.root].class else { return Vec::new() };
-    let def = tree.table.class(class).def.clone();
+fn figures(scopes: &Scopes<'_>) -> Vec<FigureInfo> {
+    let Some(class) = scopes.instances[scopes.instances.tree().root].class else { return Vec::new() };
+    let def = scopes.table.class(class).def.clone();
     let listed =
         def.annotation.as_ref().and_then(|own| argument(argument(own, "Documentation")?, "figures")?.binding.as_ref());
     let Some(ExprKind::Array(figures)) = listed.map(|expr| &expr.kind) else { return Vec::new() };
@@ -399,9 +395,9 @@ fn figures(tree: &InstanceTree<'_>) -> Vec<FigureInfo> {
 }
 
 /// Variables that `__hyd(plot = {...})` lists.
-fn plotted(tree: &InstanceTree<'_>) -> Vec<String> {
-    let Some(class) = tree.instances[tree.root].class else { return Vec::new() };
-    let def = tree.table.class(class).def.clone();
+fn plotted(scopes: &Scopes<'_>) -> Vec<String> {
+    let Some(class) = scopes.instances[scopes.instances.tree().root].class else { return Vec::new() };
+    let def = scopes.table.class(class).def.clone();
     let listed = def.annotation.as_ref().and_then(|own| argument(argument(own, VENDOR)?, "plot")?.binding.as_ref());
     list(listed).iter().map(|expr| text(Some(expr))).filter(|name| !name.is_empty()).collect()
 }

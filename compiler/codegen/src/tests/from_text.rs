@@ -28,16 +28,17 @@ fn model(text: &str, options: &Options) -> CompiledModel {
     let mut sources = NoLibrary;
     let mut table = ClassTable::new(&mut sources);
     let class = table.add_main("test.hyd", text)[0];
-    let mut tree = instantiate(table, class, Vec::new()).map_err(|table| table.messages).unwrap();
-    let flat = hyd_flat::flatten(&mut tree);
-    assert!(tree.table.messages.iter().next().is_none(), "{:?}", tree.table.messages);
-    let outcome = hyd_equations::sort(flat);
+    let (tree, mut scopes) = instantiate(table, class, Vec::new()).map_err(|table| table.messages).unwrap();
+    let flat = hyd_flat::flatten(&tree, &mut scopes, &[], &[]);
+    assert!(scopes.table.messages.iter().next().is_none(), "{:?}", scopes.table.messages);
+    assert!(flat.diagnostics.is_empty(), "{:?}", flat.diagnostics);
+    let outcome = hyd_equations::sort(flat.value);
     let mut sorted = outcome.value.unwrap_or_else(|| panic!("{:?}", outcome.diagnostics));
     let (simulation, initial) = (sorted.simulation.clone(), sorted.initial.clone());
     let simulation = differentiate(&mut sorted.system, &simulation);
     let initial = differentiate(&mut sorted.system, &initial);
     let jacobians = Jacobians { simulation: &simulation, initial: &initial };
-    generate(&sorted, jacobians, &tree.table.files, options).unwrap()
+    generate(&sorted, jacobians, &scopes.table.files, options).unwrap()
 }
 
 fn forms() -> [Options; 3] {

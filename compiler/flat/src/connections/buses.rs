@@ -45,7 +45,7 @@ impl Flattener<'_, '_> {
             let (block, _) = self.model.locate(v);
             let real = matches!(self.model.variables[block].kind, ValueKind::Real);
             let section = if real { Section::Continuous } else { Section::Discrete };
-            let span = self.tree.instances[inst].span;
+            let span = self.scopes.instances[inst].span;
             self.add_connection((section, false), (slot, zero), &[Operand::new(Target::Var(v))], span, joints);
         }
     }
@@ -56,7 +56,7 @@ impl Flattener<'_, '_> {
         for (&inst, &block) in &self.blocks {
             let variable = &self.model.variables[block];
             let bound =
-                self.tree.instances[inst].primitive.as_ref().is_some_and(|primitive| primitive.binding.is_some());
+                self.scopes.instances[inst].primitive.as_ref().is_some_and(|primitive| primitive.binding.is_some());
             if variable.variability > Variability::Parameter && !bound && self.is_part_of_bus(inst) {
                 found.extend((0..variable.count).map(|k| (VarId(variable.first.0 + k), inst)));
             }
@@ -66,8 +66,8 @@ impl Flattener<'_, '_> {
 
     fn is_part_of_bus(&self, inst: InstId) -> bool {
         let mut at = inst;
-        while let Some(above) = self.tree.instances[at].parent {
-            let instance = &self.tree.instances[above];
+        while let Some(above) = self.scopes.instances[at].parent {
+            let instance = &self.scopes.instances[above];
             if instance.kind != ClassKind::Connector && instance.kind != ClassKind::Record {
                 return false;
             }

@@ -55,10 +55,10 @@ impl Flattener<'_, '_> {
         faults.retain(|(_, (needed, given))| (needed > given) == (unknowns > equations));
         faults.sort_unstable();
         for (inst, (needed, given)) in faults {
-            let instances = &self.tree.instances;
+            let instances = &self.scopes.instances;
             let copies = hyd_instance::instance::full_dims(instances, inst).iter().product::<usize>().max(1) as i64;
             let Some(class) = instances[inst].class else { continue };
-            let class = self.tree.table.class(class).def.name.clone();
+            let class = self.scopes.table.class(class).def.name.clone();
             let (needed, given) = ((needed / copies) as usize, (given / copies) as usize);
             let component = self.path(inst);
             self.model.imbalances.push(Imbalance {
@@ -73,7 +73,7 @@ impl Flattener<'_, '_> {
 
     /// Public connectors and inputs of the model itself, which only a model around it could connect.
     fn ends_of_the_model(&self) -> Vec<Arc<str>> {
-        let instances = &self.tree.instances;
+        let instances = &self.scopes.instances;
         let children = instances[self.tree.root].children.iter().map(|&c| &instances[c]);
         let open = children.filter(|c| {
             let given = c.primitive.as_ref().is_some_and(|p| p.binding.is_some());
@@ -164,7 +164,7 @@ impl Flattener<'_, '_> {
     }
 
     fn place_of(&self, variable: InstId) -> Place {
-        let instances = &self.tree.instances;
+        let instances = &self.scopes.instances;
         let own = &instances[variable];
         let is_connector = own.kind == ClassKind::Connector;
         let mut place = Place {
@@ -193,11 +193,11 @@ impl Flattener<'_, '_> {
 
     /// The component around a component.
     fn component_above(&self, inst: InstId) -> InstId {
-        self.tree.instances[inst].parent.unwrap_or(self.tree.root)
+        self.scopes.instances[inst].parent.unwrap_or(self.tree.root)
     }
 
     fn is_bound(&self, variable: InstId) -> bool {
-        self.tree.instances[variable].primitive.as_ref().is_some_and(|p| p.binding.is_some())
+        self.scopes.instances[variable].primitive.as_ref().is_some_and(|p| p.binding.is_some())
     }
 
     /// How many elements of a variable are connected at a face of the connector that holds it, or of one inside that.
@@ -208,20 +208,21 @@ impl Flattener<'_, '_> {
             if let Some((joined, all)) = self.connections.joined(inst, face) {
                 most = most.max(if all == 0 { 0 } else { count * joined / all });
             }
-            at = if inst == connector { None } else { self.tree.instances[inst].parent };
+            at = if inst == connector { None } else { self.scopes.instances[inst].parent };
         }
         most
     }
 
     fn components_by_path(&mut self) -> FxHashMap<Arc<str>, InstId> {
-        let all: Vec<InstId> = self.tree.instances.indices().collect();
         let mut paths = FxHashMap::default();
-        for inst in all {
+        for inst in self.tree.components.indices() {
             let path = self.path(inst);
             let mut owner = inst;
-            while matches!(self.tree.instances[owner].kind, ClassKind::Connector | ClassKind::Record | ClassKind::Type)
-            {
-                let Some(parent) = self.tree.instances[owner].parent else { break };
+            while matches!(
+                self.scopes.instances[owner].kind,
+                ClassKind::Connector | ClassKind::Record | ClassKind::Type
+            ) {
+                let Some(parent) = self.scopes.instances[owner].parent else { break };
                 owner = parent;
             }
             paths.insert(path, owner);

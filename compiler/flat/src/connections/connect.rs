@@ -230,12 +230,12 @@ impl Flattener<'_, '_> {
     fn side(&mut self, expr: &Expr, scope: Scope, cx: &mut Context) -> Result<Side, Fail> {
         let Some(variable) = expr.variable() else { return Err(Fail::Reported) };
         let last = variable.last();
-        if self.tree.instances[last].kind != ClassKind::Connector && !self.is_of_bus(last) {
-            if self.tree.is_broken(last) {
+        if self.scopes.instances[last].kind != ClassKind::Connector && !self.is_of_bus(last) {
+            if self.scopes.is_broken(last) {
                 return Err(Fail::Reported);
             }
-            let name = self.tree.table.files.snippet(expr.span).to_string();
-            let declared = self.tree.instances[last].span;
+            let name = self.scopes.table.files.snippet(expr.span).to_string();
+            let declared = self.scopes.instances[last].span;
             self.report(
                 Diagnostic::error(Code::ConnectorMismatch, format!("`{name}` is not a connector"))
                     .at(expr.span, "")
@@ -244,9 +244,9 @@ impl Flattener<'_, '_> {
             return Err(Fail::Reported);
         }
         let first = variable.steps[0].0;
-        let own = self.tree.instances[first].parent == Some(scope.inst)
-            && self.tree.instances[first].kind == ClassKind::Connector;
-        let dims = hyd_instance::instance::full_dims(&self.tree.instances, last);
+        let own = self.scopes.instances[first].parent == Some(scope.inst)
+            && self.scopes.instances[first].kind == ClassKind::Connector;
+        let dims = hyd_instance::instance::full_dims(&self.scopes.instances, last);
         let count: usize = dims.iter().product();
         let base = self.connections.register(last, count as u32);
         let (offsets, shape) = self.connector_elements(expr.span, &variable.steps, cx)?;
@@ -255,8 +255,8 @@ impl Flattener<'_, '_> {
 
     /// True for a variable of an expandable connector, which can be connected by itself.
     pub(crate) fn is_of_bus(&self, inst: InstId) -> bool {
-        let instance = &self.tree.instances[inst];
-        let parent = instance.parent.map(|parent| &self.tree.instances[parent]);
+        let instance = &self.scopes.instances[inst];
+        let parent = instance.parent.map(|parent| &self.scopes.instances[parent]);
         parent.is_some_and(|parent| match instance.kind {
             ClassKind::Connector | ClassKind::Type => parent.expandable,
             _ => false,
@@ -293,18 +293,18 @@ impl Flattener<'_, '_> {
     }
 
     fn collect_leaves(&self, inst: InstId, path: Option<Name>, flow: bool, result: &mut Vec<Leaf>) {
-        let instance = &self.tree.instances[inst];
+        let instance = &self.scopes.instances[inst];
         let flow = flow || instance.flow;
         if instance.primitive.is_some() {
             // A parameter is not part of what is connected, but an input of the model that became one is.
-            let varies = instance.variability > Variability::Parameter || self.is_input_of_the_model(inst);
+            let varies = self.scopes.variability(inst) > Variability::Parameter || self.is_input_of_the_model(inst);
             if varies && self.blocks.contains_key(&inst) {
                 result.push(Leaf { path: path.unwrap_or_default(), inst, flow, stream: instance.stream });
             }
             return;
         }
         for &child in &instance.children {
-            let name: &Name = &self.tree.instances[child].name;
+            let name: &Name = &self.scopes.instances[child].name;
             let below = match &path {
                 None => name.clone(),
                 Some(path) => format!("{path}.{name}").into(),

@@ -174,7 +174,7 @@ impl Flattener<'_, '_> {
         let members = order.iter().map(|(inst, _)| self.members(*inst)).collect();
         let nested = order
             .iter()
-            .any(|(inst, _)| self.connector_around(*inst).is_some() || self.tree.instances[*inst].expandable);
+            .any(|(inst, _)| self.connector_around(*inst).is_some() || self.scopes.instances[*inst].expandable);
         let (starts, faces) = self.connections.sets();
         let broken = self.cuts(&starts, &faces);
         let mut joints = Joints { order, owner, members, nested, groups: FxHashMap::default(), broken };
@@ -235,8 +235,8 @@ impl Flattener<'_, '_> {
     fn count_below(&self, leaf: InstId, connector: InstId) -> u32 {
         let (mut at, mut count) = (leaf, 1);
         while at != connector {
-            count *= self.tree.instances[at].dims.iter().product::<usize>();
-            let Some(parent) = self.tree.instances[at].parent else { break };
+            count *= self.scopes.instances[at].dims.iter().product::<usize>();
+            let Some(parent) = self.scopes.instances[at].parent else { break };
             at = parent;
         }
         count as u32
@@ -249,7 +249,7 @@ impl Flattener<'_, '_> {
             return;
         }
         let connector = joints.owner[(first / 2) as usize] as usize;
-        let declared = self.tree.instances[joints.order[connector].0].span;
+        let declared = self.scopes.instances[joints.order[connector].0].span;
         let span = set.iter().find_map(|&f| self.connections.span[f as usize]).unwrap_or(declared);
         for place in 0..joints.members[connector].len() {
             let Member { count, .. } = joints.members[connector][place];
@@ -309,7 +309,7 @@ impl Flattener<'_, '_> {
                 continue;
             }
             let connector = joints.owner[(first / 2) as usize] as usize;
-            let declared = self.tree.instances[joints.order[connector].0].span;
+            let declared = self.scopes.instances[joints.order[connector].0].span;
             let span = set.iter().find_map(|&f| self.connections.span[f as usize]).unwrap_or(declared);
             for place in 0..joints.members[connector].len() {
                 if joints.members[connector][place].stream {
@@ -365,7 +365,9 @@ impl Flattener<'_, '_> {
 
     /// The connector that a connector is part of.
     fn connector_around(&self, connector: InstId) -> Option<InstId> {
-        self.tree.instances[connector].parent.filter(|&above| self.tree.instances[above].kind == ClassKind::Connector)
+        self.scopes.instances[connector]
+            .parent
+            .filter(|&above| self.scopes.instances[above].kind == ClassKind::Connector)
     }
 
     /// True, with a message, if several of the variables give a value.
@@ -439,15 +441,15 @@ impl Flattener<'_, '_> {
 
     /// Connectors that no connect names take part with their open faces.
     fn register_all(&mut self, inst: InstId) {
-        let instance = &self.tree.instances[inst];
+        let instance = &self.scopes.instances[inst];
         if instance.absent {
             return;
         }
         if instance.kind == ClassKind::Connector {
-            let parent = instance.parent.map(|p| self.tree.instances[p].kind);
+            let parent = instance.parent.map(|p| self.scopes.instances[p].kind);
             // A connector inside a connector is part of it, unless it was connected by itself.
             if parent != Some(ClassKind::Connector) {
-                let count: usize = hyd_instance::instance::full_dims(&self.tree.instances, inst).iter().product();
+                let count: usize = hyd_instance::instance::full_dims(&self.scopes.instances, inst).iter().product();
                 self.connections.register(inst, count as u32);
             }
             return;

@@ -23,12 +23,12 @@ impl Flattener<'_, '_> {
             return Err(self.sizes_differ(span, (a, left), (b, right)));
         }
         // They have the elements of both, and only what is on both sides is joined.
-        if [left, right].iter().all(|side| self.tree.instances[side.inst].expandable) {
+        if [left, right].iter().all(|side| self.scopes.instances[side.inst].expandable) {
             return Ok(());
         }
         let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
         let alike = |a: &Leaf, b: &Leaf| {
-            let (p, q) = (&self.tree.instances[a.inst], &self.tree.instances[b.inst]);
+            let (p, q) = (&self.scopes.instances[a.inst], &self.scopes.instances[b.inst]);
             let scalars = p.primitive.as_ref().zip(q.primitive.as_ref());
             (&a.path, a.flow, a.stream, self.inner_sizes(a)) == (&b.path, b.flow, b.stream, self.inner_sizes(b))
                 && scalars.is_some_and(|(p, q)| p.scalar.name() == q.scalar.name())
@@ -37,7 +37,7 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         let describe = |flat: &Self, leaf: &Leaf| {
-            let own = &flat.tree.instances[leaf.inst];
+            let own = &flat.scopes.instances[leaf.inst];
             let scalar = own.primitive.as_ref().map_or("", |p| p.scalar.name());
             (leaf.path.clone(), leaf.flow, leaf.stream, scalar.to_string(), flat.inner_sizes(leaf).to_vec())
         };
@@ -53,19 +53,19 @@ impl Flattener<'_, '_> {
 
     /// Sizes of a variable within its connector; where it is the connector itself, its sizes say which elements there are.
     fn inner_sizes(&self, leaf: &Leaf) -> &[usize] {
-        if leaf.path.is_empty() { &[] } else { &self.tree.instances[leaf.inst].dims }
+        if leaf.path.is_empty() { &[] } else { &self.scopes.instances[leaf.inst].dims }
     }
 
     /// Says that one connector has other sizes than the other.
     fn sizes_differ(&mut self, span: Span, (a, left): (Span, &Side), (b, right): (Span, &Side)) -> Fail {
-        let text = |span: Span| self.tree.table.files.snippet(span).to_string();
+        let text = |span: Span| self.scopes.table.files.snippet(span).to_string();
         let sizes = |shape: &[usize]| match shape {
             [] => "is a single connector".to_string(),
             shape => format!("has the sizes {shape:?}"),
         };
         let (p, q) = (sizes(&left.shape), sizes(&right.shape));
         let message = format!("`{}` {p}, but `{}` {q}", text(a), text(b));
-        let (first, second) = (self.tree.instances[left.inst].span, self.tree.instances[right.inst].span);
+        let (first, second) = (self.scopes.instances[left.inst].span, self.scopes.instances[right.inst].span);
         let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message).at(span, "").with(first, p);
         if second != first {
             diagnostic = diagnostic.with(second, q);
@@ -92,7 +92,7 @@ impl Flattener<'_, '_> {
             texts.join(", ")
         };
         let (p, q) = (names(x), names(y));
-        let text = |span: Span| self.tree.table.files.snippet(span).to_string();
+        let text = |span: Span| self.scopes.table.files.snippet(span).to_string();
         let message = format!("`{}` and `{}` are connectors of different kinds", text(a), text(b));
         let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message)
             .at(span, "")
@@ -110,7 +110,7 @@ impl Flattener<'_, '_> {
 
     /// The first element in which two connectors differ, and where it is declared.
     fn first_difference(&self, left: (&str, &[Leaf]), right: (&str, &[Leaf])) -> Option<(String, Vec<Span>)> {
-        let of = |leaf: &Leaf| &self.tree.instances[leaf.inst];
+        let of = |leaf: &Leaf| &self.scopes.instances[leaf.inst];
         for ((name, leaves), (other, others)) in [(left, right), (right, left)] {
             for leaf in leaves {
                 let path = &leaf.path;
@@ -158,7 +158,7 @@ impl Flattener<'_, '_> {
         for (&(leaf, outside, at), &(v, _)) in leaves.iter().zip(variables) {
             match self.direction_of(leaf) {
                 Some(Direction::Output) if !outside => sources.push((v, leaf, at)),
-                Some(Direction::Input) if outside && !self.tree.instances[leaf].protected => {
+                Some(Direction::Input) if outside && !self.scopes.instances[leaf].protected => {
                     sources.push((v, leaf, at))
                 }
                 Some(_) => taken.push(v),
@@ -179,7 +179,7 @@ impl Flattener<'_, '_> {
         };
         let mut diagnostic = Diagnostic::error(Code::ConnectorMismatch, message).at(span, "");
         for (_, leaf, _) in sources {
-            let declared = self.tree.instances[leaf].span;
+            let declared = self.scopes.instances[leaf].span;
             if diagnostic.labels.iter().all(|label| label.span != declared) {
                 diagnostic = diagnostic.with(declared, "gives a value");
             }
@@ -192,11 +192,11 @@ impl Flattener<'_, '_> {
     pub(crate) fn direction_of(&self, leaf: InstId) -> Option<Direction> {
         let mut at = leaf;
         loop {
-            let instance = &self.tree.instances[at];
+            let instance = &self.scopes.instances[at];
             if instance.direction.is_some() {
                 return instance.direction;
             }
-            at = instance.parent.filter(|&p| self.tree.instances[p].kind == ClassKind::Connector)?;
+            at = instance.parent.filter(|&p| self.scopes.instances[p].kind == ClassKind::Connector)?;
         }
     }
 }

@@ -48,8 +48,8 @@ impl Flattener<'_, '_> {
     }
 
     fn collect_records(&mut self, inst: InstId, path: &str, count: usize, found: &mut Vec<Record>) {
-        for child in self.tree.instances[inst].children.clone() {
-            let instance = &self.tree.instances[child];
+        for child in self.scopes.instances[inst].children.clone() {
+            let instance = &self.scopes.instances[child];
             if instance.absent || instance.primitive.is_some() {
                 continue;
             }
@@ -89,7 +89,7 @@ impl Flattener<'_, '_> {
     fn constraint_call(&mut self, nodes: [Node; 2], span: Span) -> Result<Expr, crate::state::context::Fail> {
         let name = Ident { name: EQUALITY_CONSTRAINT.into(), span };
         let path = Path { global: false, parts: vec![name.clone()], span };
-        let function = self.tree.find_class(Scope { inst: nodes[0].0, frame: 0 }, &path)?;
+        let function = self.scopes.find_class(Scope { inst: nodes[0].0, frame: 0 }, &path)?;
         let positional: Vec<Expr> = nodes.iter().map(|&node| self.record_at(node, span)).collect();
         let root = Scope { inst: self.tree.root, frame: 0 };
         let part = RefPart { name, subscripts: Vec::new() };
@@ -102,7 +102,7 @@ impl Flattener<'_, '_> {
     /// One element of a record, seen from the model.
     fn record_at(&mut self, (inst, element): Node, span: Span) -> Expr {
         let mut rest = element as usize;
-        let mut at: Vec<usize> = hyd_instance::instance::full_dims(&self.tree.instances, inst);
+        let mut at: Vec<usize> = hyd_instance::instance::full_dims(&self.scopes.instances, inst);
         for size in at.iter_mut().rev() {
             let own = rest % *size;
             rest /= *size;

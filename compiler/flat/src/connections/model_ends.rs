@@ -12,31 +12,31 @@ use crate::model::{DrivenBlock, Section, VarId};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, CounterId, Kind, SlotKey};
 
-/// Stands for the names of all inputs of the model itself that can follow samples, see [`crate::flatten_driven`].
+/// Stands for the names of all inputs of the model itself that can follow samples, see [`crate::flatten`].
 pub const EVERY_INPUT: &str = "*";
 
 impl Flattener<'_, '_> {
     /// Makes the inputs of the model parameters, before variables are made.
     pub(crate) fn settle_inputs_of_the_model(&mut self) {
-        let instances = &self.tree.instances;
+        let instances = &self.scopes.instances;
         let mut children = instances[self.tree.root].children.iter().map(|&c| &instances[c]);
         self.is_component =
             children.any(|c| c.kind == ClassKind::Connector && c.direction.is_none() && !c.protected && !c.absent);
-        for child in self.tree.instances[self.tree.root].children.clone() {
+        for child in self.scopes.instances[self.tree.root].children.clone() {
             if self.is_input_of_the_model(child) {
                 if self.is_to_be_driven(child) {
                     self.driven_instances.push(child);
                     continue;
                 }
-                let instance = &mut self.tree.instances[child];
-                instance.variability = instance.variability.min(Variability::Parameter);
+                let variability = self.scopes.instances[child].variability.min(Variability::Parameter);
+                self.scopes.found.variability.insert(child, variability);
             }
         }
     }
 
     /// Whether it is a continuous input of type Real of which at least one element is to follow recorded samples.
     fn is_to_be_driven(&self, inst: InstId) -> bool {
-        let instance = &self.tree.instances[inst];
+        let instance = &self.scopes.instances[inst];
         let is_real = instance.primitive.as_ref().is_some_and(|primitive| primitive.scalar == ScalarType::Real);
         let bare = |name: &String| name.split('[').next().is_some_and(|bare| bare == &*instance.name);
         let named = |name: &String| name == EVERY_INPUT || bare(name);
@@ -66,9 +66,9 @@ impl Flattener<'_, '_> {
 
     /// Which variables are inputs and outputs of the model itself.
     pub(crate) fn note_ends(&mut self) {
-        let children = self.tree.instances[self.tree.root].children.iter().copied();
+        let children = self.scopes.instances[self.tree.root].children.iter().copied();
         let of = |direction: Direction| {
-            let instances = &self.tree.instances;
+            let instances = &self.scopes.instances;
             let ends =
                 children.clone().filter(|&c| instances[c].direction == Some(direction) && !instances[c].protected);
             ends.filter_map(|c| self.blocks.get(&c).copied()).collect()
@@ -78,7 +78,7 @@ impl Flattener<'_, '_> {
 
     /// Whether it is a public input of the model itself without a value of its own.
     pub(crate) fn is_input_of_the_model(&self, inst: InstId) -> bool {
-        let instance = &self.tree.instances[inst];
+        let instance = &self.scopes.instances[inst];
         let open = instance.primitive.as_ref().is_some_and(|primitive| primitive.binding.is_none());
         let input = instance.direction == Some(Direction::Input) && !instance.protected && !instance.absent;
         open && input && instance.parent == Some(self.tree.root) && !self.is_component

@@ -51,7 +51,7 @@ impl Flattener<'_, '_> {
             if self.is_ruled(&end) || end.open.iter().all(|&open| open) && self.is_named(&end, &mut connects) {
                 continue;
             }
-            let declared = self.tree.instances[end.owner].span;
+            let declared = self.scopes.instances[end.owner].span;
             let at = *known.entry(declared).or_insert(warnings.len());
             match warnings.get_mut(at) {
                 Some((_, same)) => same.push(end),
@@ -66,13 +66,13 @@ impl Flattener<'_, '_> {
     }
 
     fn has_errors(&self) -> bool {
-        self.tree.table.messages.has_errors()
+        self.scopes.table.messages.has_errors()
     }
 
     /// Open connectors of components declared in the user's text, in the order of the instances.
     fn open_ends(&self) -> Vec<OpenEnd> {
-        let instances = &self.tree.instances;
-        let text = [self.tree.table.main, Some(instances[self.tree.root].span.file)];
+        let instances = &self.scopes.instances;
+        let text = [self.scopes.table.main, Some(instances[self.tree.root].span.file)];
         let own = |file: FileId| text.contains(&Some(file));
         let mut found = Vec::new();
         for (inst, elements) in self.connections.ranges() {
@@ -92,7 +92,7 @@ impl Flattener<'_, '_> {
         if !open.contains(&true) {
             return;
         }
-        let instances = &self.tree.instances;
+        let instances = &self.scopes.instances;
         let is_connector = |&part: &InstId| instances[part].kind == ClassKind::Connector;
         let parts = || instances[connector].children.iter().copied().filter(is_connector);
         if !parts().any(|part| self.is_connected_inside(part)) {
@@ -112,15 +112,15 @@ impl Flattener<'_, '_> {
 
     /// Whether some `connect` names the connector, which is part of another one, or a part of it.
     fn is_connected_inside(&self, part: InstId) -> bool {
-        let instance = &self.tree.instances[part];
+        let instance = &self.scopes.instances[part];
         let inside = || instance.children.iter().any(|&child| self.is_connected_inside(child));
         instance.kind == ClassKind::Connector && (self.connections.range(part).is_some() || inside())
     }
 
     /// Whether a component declares the connector protected; what is inside a protected component counts as protected too.
     fn is_hidden_in(&self, owner: InstId, connector: InstId) -> bool {
-        let instances = &self.tree.instances;
-        instances[connector].protected && (!instances[owner].protected || self.tree.is_declared_protected(connector))
+        let instances = &self.scopes.instances;
+        instances[connector].protected && (!instances[owner].protected || self.scopes.is_declared_protected(connector))
     }
 
     /// Whether the connector, what it is part of or the component says that it may stay open, or that it must not: that is an
@@ -129,19 +129,19 @@ impl Flattener<'_, '_> {
         let mut inner: Option<InstId> = None;
         let mut at = Some(end.connector);
         while let Some(inst) = at {
-            let name = inner.map_or("", |inner| &self.tree.instances[inner].name);
+            let name = inner.map_or("", |inner| &self.scopes.instances[inner].name);
             let rules = self.tree.connection_rules.get(&inst);
             if rules.is_some_and(|rules| rules.leaves_open(name) || rules.must_connect.is_some()) {
                 return true;
             }
-            (inner, at) = (Some(inst), self.tree.instances[inst].parent.filter(|_| inst != end.owner));
+            (inner, at) = (Some(inst), self.scopes.instances[inst].parent.filter(|_| inst != end.owner));
         }
         false
     }
 
     /// Whether some `connect` around the component names the connector.
     fn is_named(&self, end: &OpenEnd, connects: &mut Connects) -> bool {
-        let instances = &self.tree.instances;
+        let instances = &self.scopes.instances;
         let mut path = instances[end.connector].name.to_string();
         let mut at = instances[end.connector].parent;
         while let Some(inst) = at {
@@ -164,19 +164,19 @@ impl Flattener<'_, '_> {
 
     /// Whether an instance is one that the component is declared in, or one around that.
     fn is_around(&self, inst: InstId, component: InstId) -> bool {
-        let mut at = self.tree.instances[component].parent;
+        let mut at = self.scopes.instances[component].parent;
         while let Some(above) = at {
             if above == inst {
                 return true;
             }
-            at = self.tree.instances[above].parent;
+            at = self.scopes.instances[above].parent;
         }
         false
     }
 
     fn connects_of(&self, class: ClassId) -> FxHashSet<String> {
         let mut named = Named::default();
-        if let ClassBody::Long { equations, .. } = &self.tree.table.class(class).def.body {
+        if let ClassBody::Long { equations, .. } = &self.scopes.table.class(class).def.body {
             equations.iter().flat_map(|section| &section.equations).for_each(|equation| named.equation(equation));
         }
         named.0
@@ -186,7 +186,7 @@ impl Flattener<'_, '_> {
     fn open_warning(&self, declared: Span, ends: &[OpenEnd]) -> Diagnostic {
         let mut names = Vec::new();
         for end in ends {
-            names.extend(element_names(&self.tree.instances, end.connector, &end.open));
+            names.extend(element_names(&self.scopes.instances, end.connector, &end.open));
         }
         let single = ends.iter().map(|end| end.open.iter().filter(|&&open| open).count()).sum::<usize>() == 1;
         let message = format!(
@@ -205,7 +205,7 @@ impl Flattener<'_, '_> {
             [only] => only.clone(),
             several => format!("{{{}}}", several.join(", ")),
         };
-        let component = &self.tree.instances[ends[0].owner].name;
+        let component = &self.scopes.instances[ends[0].owner].name;
         let (them, they) = if single { ("it", "it stays") } else { ("them", "they stay") };
         Diagnostic::warning(Code::OpenConnector, message).at(declared, "").help(format!(
             "connect {them} or, if {they} open on purpose, add `annotation(__hyd(open = {open}))` to the declaration of \
@@ -216,10 +216,10 @@ impl Flattener<'_, '_> {
     /// The name that the component gives the connector, or what it is part of.
     fn outermost(&self, end: &OpenEnd) -> &str {
         let mut at = end.connector;
-        while let Some(above) = self.tree.instances[at].parent.filter(|&above| above != end.owner) {
+        while let Some(above) = self.scopes.instances[at].parent.filter(|&above| above != end.owner) {
             at = above;
         }
-        &self.tree.instances[at].name
+        &self.scopes.instances[at].name
     }
 
     /// Errors where `mustBeConnected` or `mayOnlyConnectOnce` is broken.
@@ -227,7 +227,7 @@ impl Flattener<'_, '_> {
         let rules: Vec<(InstId, _)> = self.tree.connection_rules.iter().map(|(&i, rules)| (i, rules.clone())).collect();
         for (inst, rules) in rules {
             // The connectors of the model itself have no outside.
-            let Some(owner) = self.tree.instances[inst].parent.filter(|&owner| owner != self.tree.root) else {
+            let Some(owner) = self.scopes.instances[inst].parent.filter(|&owner| owner != self.tree.root) else {
                 continue;
             };
             for (annotation, reason) in rules.of_language() {
@@ -236,16 +236,16 @@ impl Flattener<'_, '_> {
                 if !broken.contains(&true) {
                     continue;
                 }
-                let names = listed(&element_names(&self.tree.instances, inst, &broken));
+                let names = listed(&element_names(&self.scopes.instances, inst, &broken));
                 let demand = if must { "must be connected" } else { "may be connected to one connector only" };
                 let mut error = Diagnostic::error(Code::ConnectionRule, format!("{names} {demand}: {reason}"));
-                error = error.at(self.tree.instances[owner].span, "");
+                error = error.at(self.scopes.instances[owner].span, "");
                 let elements = self.connections.range(inst).into_iter().flatten();
                 let first = broken.iter().zip(elements).filter(|(broken, _)| **broken);
                 if let Some(span) = first.filter_map(|(_, element)| self.connections.joined_at(element)).next() {
                     error = error.with(span, "connected here");
                 }
-                let declared = self.tree.instances[inst].span;
+                let declared = self.scopes.instances[inst].span;
                 self.report(error.with(declared, format!("`{annotation}` stands here")));
             }
         }
@@ -253,7 +253,7 @@ impl Flattener<'_, '_> {
 
     /// The elements of a connector that are not connected (`must`), or to more than one other connector.
     fn elements_that_break(&self, inst: InstId, must: bool) -> Vec<bool> {
-        let count: usize = hyd_instance::instance::full_dims(&self.tree.instances, inst).iter().product();
+        let count: usize = hyd_instance::instance::full_dims(&self.scopes.instances, inst).iter().product();
         let own = self.connections.range(inst);
         let mut broken: Vec<bool> = (0..count as u32)
             .map(|k| match &own {
@@ -263,18 +263,18 @@ impl Flattener<'_, '_> {
             })
             .collect();
         // A part of a connector is connected with the whole, and the whole with any of its parts.
-        let mut at = self.tree.instances[inst].parent;
-        while let Some(whole) = at.filter(|&whole| must && self.tree.instances[whole].kind == ClassKind::Connector) {
+        let mut at = self.scopes.instances[inst].parent;
+        while let Some(whole) = at.filter(|&whole| must && self.scopes.instances[whole].kind == ClassKind::Connector) {
             if let Some(range) = self.connections.range(whole) {
                 let each = count / range.len().max(1);
                 for (k, broken) in broken.iter_mut().enumerate() {
                     *broken &= self.connections.is_open(range.start + (k / each.max(1)) as u32);
                 }
             }
-            at = self.tree.instances[whole].parent;
+            at = self.scopes.instances[whole].parent;
         }
         let inside = |&part: &InstId| self.is_connected_inside(part);
-        if must && self.tree.instances[inst].children.iter().any(inside) {
+        if must && self.scopes.instances[inst].children.iter().any(inside) {
             broken.fill(false);
         }
         broken
@@ -285,7 +285,7 @@ impl Flattener<'_, '_> {
     fn check_annotations(&mut self) {
         let mut errors = Vec::new();
         for (&inst, rules) in &self.tree.connection_rules {
-            let instance = &self.tree.instances[inst];
+            let instance = &self.scopes.instances[inst];
             if instance.kind != ClassKind::Connector {
                 errors.extend(rules.of_language().map(|(annotation, _)| {
                     let message = format!("`{annotation}` applies to connectors, and `{}` is not one", instance.name);
@@ -296,7 +296,7 @@ impl Flattener<'_, '_> {
             let connectors: Vec<&str> = instance
                 .children
                 .iter()
-                .map(|&child| &self.tree.instances[child])
+                .map(|&child| &self.scopes.instances[child])
                 // The class of one that is absent is not looked at.
                 .filter(|child| child.kind == ClassKind::Connector || child.absent)
                 .map(|child| &*child.name)

@@ -35,9 +35,9 @@ impl Flattener<'_, '_> {
                     continue;
                 }
                 let (owner, depth) = self.owner_of(leaf.inst);
-                let instances = &self.tree.instances;
+                let instances = &self.scopes.instances;
                 let declared = instances[if owner == self.tree.root { connector } else { owner }].span;
-                let class = instances[connector].class.map(|class| self.tree.table.full_name(class));
+                let class = instances[connector].class.map(|class| self.scopes.table.full_name(class));
                 let class: Arc<str> = class.unwrap_or_default().into();
                 self.model.potentials.push(Potential { block, connector: class, depth, declared, open });
             }
@@ -46,8 +46,8 @@ impl Flattener<'_, '_> {
 
     /// Where the text of the model itself can be added to.
     pub(crate) fn note_gaps(&mut self) {
-        let Some(class) = self.tree.instances[self.tree.root].class else { return };
-        let def = self.tree.table.class(class).def.clone();
+        let Some(class) = self.scopes.instances[self.tree.root].class else { return };
+        let def = self.scopes.table.class(class).def.clone();
         let ClassBody::Long { elements, equations, .. } = &def.body else { return };
         let declaration = elements.iter().find_map(|element| match element {
             Element::Component(component) => Some(component.span),
@@ -60,7 +60,7 @@ impl Flattener<'_, '_> {
 
     /// The component around the connectors that hold a variable, and how many names lead from it to the variable.
     fn owner_of(&self, variable: InstId) -> (InstId, u32) {
-        let instances = &self.tree.instances;
+        let instances = &self.scopes.instances;
         let (mut at, mut depth) = (variable, 0);
         while let Some(above) = instances[at].parent {
             (at, depth) = (above, depth + 1);

@@ -53,7 +53,7 @@ impl Flattener<'_, '_> {
                 Some(port) => ports.push(port),
                 None => {
                     let message = "a connector with stream variables needs one flow variable that is a scalar";
-                    let declared = self.tree.instances[joints.order[connector].0].span;
+                    let declared = self.scopes.instances[joints.order[connector].0].span;
                     let _ = self.error(Code::ConnectorMismatch, declared, message);
                     return;
                 }
@@ -185,7 +185,7 @@ impl BuiltinCall<'_, '_, '_> {
 
     /// The steps to the flow variable of the connector that a stream variable belongs to.
     fn flow_beside(&mut self, variable: &Variable) -> Result<Vec<(InstId, Vec<Expr>)>, Fail> {
-        let instances = &self.flat.tree.instances;
+        let instances = &self.flat.scopes.instances;
         let mut connector = variable.last();
         while let Some(above) = instances[connector].parent {
             connector = above;

@@ -230,7 +230,7 @@ impl Flattener<'_, '_> {
         let depths = self.graph.depths(&roots);
         let mut rooting: FxHashMap<InstId, Vec<Rooting>> = FxHashMap::default();
         for &(inst, _) in &self.graph.nodes {
-            let count: usize = hyd_instance::instance::full_dims(&self.tree.instances, inst).iter().product();
+            let count: usize = hyd_instance::instance::full_dims(&self.scopes.instances, inst).iter().product();
             rooting.entry(inst).or_insert_with(|| vec![Rooting::default(); count]);
         }
         let mut note = |node: u32, note: &dyn Fn(&mut Rooting)| {
@@ -242,7 +242,7 @@ impl Flattener<'_, '_> {
             let nearer = if depths[*a as usize] <= depths[*b as usize] { *a } else { *b };
             note(nearer, &|rooting| rooting.rooted = true);
         }
-        self.tree.rooting = Some(rooting);
+        self.scopes.found.rooting = Some(rooting);
     }
 
     fn report_fault(&mut self, fault: Fault) {
@@ -265,7 +265,7 @@ impl Flattener<'_, '_> {
                 error(format!("`{a}` and `{b}` are both roots, and branches relate one to the other")).at(span, "")
             }
             Fault::NoRoot(node, span) => {
-                let declared = self.tree.instances[self.graph.nodes[node as usize].0].span;
+                let declared = self.scopes.instances[self.graph.nodes[node as usize].0].span;
                 let name = name(self, node);
                 let message = format!("nothing that is connected to `{name}` determines it: there is no root");
                 let help =

@@ -1,10 +1,10 @@
-//! Functions that make or rearrange arrays, one element at a time (Modelica 3.6, sections 10.3 and 10.4).
+//! Functions that rearrange arrays, one element at a time (Modelica 3.6, sections 10.3 and 10.4).
 //!
-//! Each says which element of which argument its element at an index is; where that depends on a loop counter in a way
-//! that is not affine, the loops are run through.
+//! Which element of which argument an element is says [`Builtin::element`]; where that depends on a loop counter in a way that is not
+//! affine, the loops are run through.
 
-use hyd_instance::{Builtin, ScalarType};
-use hyd_source::Code;
+use hyd_instance::{Element, Place, ScalarType};
+use hyd_syntax::tree::BinaryOp;
 
 use crate::expressions::builtin_call::BuiltinCall;
 use crate::state::context::Fail;
@@ -25,101 +25,43 @@ pub(crate) fn at(positions: &[usize]) -> Vec<Affine> {
     positions.iter().map(|&k| Affine::constant(k as i64)).collect()
 }
 
+impl Place for Affine {
+    fn at(position: usize) -> Self {
+        Affine::constant(position as i64)
+    }
+
+    fn number(&self) -> Option<usize> {
+        self.as_constant().and_then(|k| usize::try_from(k).ok())
+    }
+}
+
 impl BuiltinCall<'_, '_, '_> {
     /// The element of the result at `index`.
     pub(crate) fn lower_array_function(&mut self, index: &[Affine]) -> Result<Typed, Fail> {
         let (span, list, builtin) = (self.span, self.list, self.builtin);
         let shape = builtin.sizes(self)?;
         if index.len() < shape.len() {
-            return Err(self.flat.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            return Err(self.flat.no_scalar(span));
         }
-        match builtin {
-            Builtin::Diagonal => {
-                let [i, j] = constants(index)?;
-                if i == j {
-                    self.flat.lower(&list[0], self.cx, &index[..1])
-                } else {
-                    Ok(self.flat.literal(0.0, ScalarType::Integer))
-                }
+        let element = builtin.element(self, index)?.ok_or(Fail::NeedsExpansion)?;
+        match element {
+            Element::Number(k) => Ok(self.flat.literal(k as f64, ScalarType::Integer)),
+            Element::Of(k, at) => self.flat.lower(&list[k], self.cx, &at),
+            Element::Minus(at) => {
+                let value = self.flat.lower(&list[0], self.cx, &at)?;
+                Ok(Typed { node: self.flat.model.templates.arena.neg(value.node), ..value })
             }
-            Builtin::Cat => self.lower_cat(index),
-            Builtin::Vector => {
-                let inner = self.flat.shape(&list[0], self.cx)?;
-                let long = inner.iter().position(|&size| size > 1);
-                let mut position = at(&vec![0; inner.len()]);
-                if let Some(k) = long.or(inner.len().checked_sub(1)) {
-                    position[k] = index[0].clone();
-                }
-                self.flat.lower(&list[0], self.cx, &position)
+            Element::Product(a, b) => self.product_of(&a, &b),
+            Element::Minor(j, k) => {
+                let first = self.product_of(std::slice::from_ref(&j), std::slice::from_ref(&k))?;
+                let second = self.product_of(std::slice::from_ref(&k), std::slice::from_ref(&j))?;
+                self.flat.combine(span, BinaryOp::Sub, first, second)
             }
-            Builtin::Matrix => {
-                let rank = self.flat.shape(&list[0], self.cx)?.len();
-                let mut position: Vec<Affine> = index[..rank.min(2)].to_vec();
-                position.resize(rank, Affine::constant(0));
-                self.flat.lower(&list[0], self.cx, &position)
-            }
-            Builtin::Scalar => {
-                let rank = self.flat.shape(&list[0], self.cx)?.len();
-                self.flat.lower(&list[0], self.cx, &at(&vec![0; rank]))
-            }
-            Builtin::Transpose => {
-                let mut turned = index.to_vec();
-                turned.swap(0, 1);
-                self.flat.lower(&list[0], self.cx, &turned)
-            }
-            Builtin::Symmetric => {
-                let [i, j] = constants(index)?;
-                self.flat.lower(&list[0], self.cx, &at(&[i.min(j), i.max(j)]))
-            }
-            Builtin::OuterProduct => {
-                let (x, y) = (
-                    self.flat.lower(&list[0], self.cx, &index[..1])?,
-                    self.flat.lower(&list[1], self.cx, &index[1..2])?,
-                );
-                self.flat.combine(span, hyd_syntax::tree::BinaryOp::Mul, x, y)
-            }
-            Builtin::Cross => {
-                let [i] = constants(index)?;
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                let first = self.product_of([j, k])?;
-                let second = self.product_of([k, j])?;
-                self.flat.combine(span, hyd_syntax::tree::BinaryOp::Sub, first, second)
-            }
-            _ => self.lower_skew(constants(index)?),
         }
     }
 
-    fn product_of(&mut self, [i, j]: [usize; 2]) -> Result<Typed, Fail> {
-        let (span, list) = (self.span, self.list);
-        let (x, y) = (self.flat.lower(&list[0], self.cx, &at(&[i]))?, self.flat.lower(&list[1], self.cx, &at(&[j]))?);
-        self.flat.combine(span, hyd_syntax::tree::BinaryOp::Mul, x, y)
-    }
-
-    /// `skew(x)*y = cross(x, y)`
-    fn lower_skew(&mut self, [i, j]: [usize; 2]) -> Result<Typed, Fail> {
-        if i == j {
-            return Ok(self.flat.literal(0.0, ScalarType::Integer));
-        }
-        let mut value = self.flat.lower(&self.list[0], self.cx, &at(&[3 - i - j]))?;
-        if (i + 1) % 3 == j {
-            value.node = self.flat.model.templates.arena.neg(value.node);
-        }
-        Ok(value)
-    }
-
-    fn lower_cat(&mut self, index: &[Affine]) -> Result<Typed, Fail> {
-        let list = self.list;
-        let k = self.flat.affine(&list[0], self.cx)?.as_constant().ok_or(Fail::NeedsExpansion)? as usize - 1;
-        let mut position = index[k].as_constant().ok_or(Fail::NeedsExpansion)?;
-        for part in &list[1..] {
-            let size = self.flat.shape(part, self.cx)?[k] as i64;
-            if position < size {
-                let mut inner = index.to_vec();
-                inner[k] = Affine::constant(position);
-                return self.flat.lower(part, self.cx, &inner);
-            }
-            position -= size;
-        }
-        Err(Fail::Reported)
+    fn product_of(&mut self, a: &[Affine], b: &[Affine]) -> Result<Typed, Fail> {
+        let (x, y) = (self.flat.lower(&self.list[0], self.cx, a)?, self.flat.lower(&self.list[1], self.cx, b)?);
+        self.flat.combine(self.span, BinaryOp::Mul, x, y)
     }
 }

@@ -133,16 +133,16 @@ impl Flattener<'_, '_> {
         }
         let (mut some, mut others) = (false, false);
         hyd_typed::any_variable(condition, &mut |variable| {
-            let instance = &self.tree.instances[variable.last()];
-            let is_constant = instance.variability == Variability::Constant;
-            some |= instance.evaluate;
-            others |= !(is_constant || instance.evaluate && instance.variability == Variability::Parameter);
+            let variability = self.scopes.variability(variable.last());
+            let evaluate = self.scopes.instances[variable.last()].evaluate;
+            some |= evaluate;
+            others |= !(variability == Variability::Constant || evaluate && variability == Variability::Parameter);
             others
         });
         if !some || others || hyd_typed::any(condition, &mut |part| matches!(part.kind, Kind::Time)) {
             return Ok(None);
         }
-        match self.tree.evaluate(&condition.evaluable(), cx.scope, &Env::default())? {
+        match self.scopes.evaluate(&condition.evaluable(), cx.scope, &Env::default())? {
             Value::Boolean(truth) => Ok(Some(truth)),
             _ => Ok(None),
         }
@@ -152,7 +152,7 @@ impl Flattener<'_, '_> {
     /// branch not taken may have subscripts out of range; none for other conditions.  A condition of literals alone is decided, too,
     /// and where loops were written out because of an array made in parts, literals stand where their variables stood.
     fn loop_condition(&mut self, condition: &Expr, cx: &mut Context) -> Result<Option<bool>, Fail> {
-        let (mut loops, mut others) = (is_of_literals(condition) || self.tree.has_parts(), false);
+        let (mut loops, mut others) = (is_of_literals(condition) || self.scopes.has_parts(), false);
         if !is_arithmetic(condition) {
             loops = false;
         }
@@ -174,16 +174,16 @@ impl Flattener<'_, '_> {
         if !complete {
             return self.truth_over_loops(condition, cx).map(Some);
         }
-        match self.tree.evaluate(&condition.evaluable(), cx.scope, &env)? {
+        match self.scopes.evaluate(&condition.evaluable(), cx.scope, &env)? {
             Value::Boolean(truth) => Ok(Some(truth)),
             _ => Ok(None),
         }
     }
 
     fn is_integer_parameter(&self, variable: &Variable) -> bool {
-        let last = &self.tree.instances[variable.last()];
+        let last = &self.scopes.instances[variable.last()];
         let integer = last.primitive.as_ref().is_some_and(|primitive| primitive.scalar == ScalarType::Integer);
-        integer && last.variability <= Variability::Parameter
+        integer && self.scopes.variability(variable.last()) <= Variability::Parameter
     }
 
     /// `if test then value else ...` as an expression: only the side taken is computed.

@@ -86,7 +86,6 @@ impl BuiltinCall<'_, '_, '_> {
             | Builtin::Zeros
             | Builtin::Ones
             | Builtin::Fill
-            | Builtin::Identity
             | Builtin::Cardinality
             | Builtin::IsRoot
             | Builtin::Rooted
@@ -125,14 +124,6 @@ impl BuiltinCall<'_, '_, '_> {
         match (builtin, list) {
             (Builtin::Zeros, _) => return Ok(self.flat.literal(0.0, ScalarType::Integer)),
             (Builtin::Ones, _) => return Ok(self.flat.literal(1.0, ScalarType::Integer)),
-            (Builtin::Identity, [_]) => {
-                let [i, j] = index else {
-                    return Err(self.flat.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
-                };
-                let (i, j) = (i.as_constant(), j.as_constant());
-                let same = i.zip(j).ok_or(Fail::NeedsExpansion)?;
-                return Ok(self.flat.literal(f64::from(u8::from(same.0 == same.1)), ScalarType::Integer));
-            }
             (Builtin::Fill, [value, sizes @ ..]) => {
                 return self.flat.lower(value, self.cx, index.get(sizes.len()..).unwrap_or(&[]));
             }
@@ -140,7 +131,7 @@ impl BuiltinCall<'_, '_, '_> {
                 let (a, b) = (self.flat.lower(a, self.cx, &[])?, self.flat.lower(b, self.cx, &[])?);
                 let count = self.flat.affine(n, self.cx)?.as_constant().ok_or(Fail::NeedsExpansion)?;
                 let Some(k) = index.first() else {
-                    return Err(self.flat.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                    return Err(self.flat.no_scalar(span));
                 };
                 let k = match k.as_constant() {
                     Some(k) => self.flat.model.templates.arena.constant(k as f64),
@@ -163,11 +154,7 @@ impl BuiltinCall<'_, '_, '_> {
                     None => match index.first() {
                         Some(k) => k.as_constant().ok_or(Fail::NeedsExpansion)?,
                         None => {
-                            return Err(self.flat.error(
-                                Code::ArrayShape,
-                                span,
-                                "an array stands where a scalar is needed",
-                            ));
+                            return Err(self.flat.no_scalar(span));
                         }
                     },
                 };
@@ -184,7 +171,7 @@ impl BuiltinCall<'_, '_, '_> {
         }
         let (env, _) = self.cx.env();
         let whole = Expr { kind: Kind::Builtin(builtin, list.to_vec()), ty: Type::NONE, span };
-        let value = self.flat.tree.evaluate(&whole.evaluable(), self.cx.scope, &env)?;
+        let value = self.flat.scopes.evaluate(&whole.evaluable(), self.cx.scope, &env)?;
         self.flat.element_of_value(span, &value, index)
     }
 

@@ -21,7 +21,7 @@ impl Flattener<'_, '_> {
     /// The function that an expression hands on; `None` if it is none.
     fn as_function(&mut self, expr: &Expr, cx: &mut Context) -> Result<Option<Rc<Closure>>, Fail> {
         match &expr.kind {
-            Kind::Class(class, _) if self.tree.table.class(class.class).def.kind == ClassKind::Function => {
+            Kind::Class(class, _) if self.scopes.table.class(class.class).def.kind == ClassKind::Function => {
                 let function = self.function(class, cx.scope)?;
                 Ok(Some(Rc::new(Closure { function, given: Vec::new() })))
             }

@@ -126,7 +126,7 @@ impl Flattener<'_, '_> {
             let position = match position {
                 Position::Known(list, true) => {
                     let Some(k) = kept.next() else {
-                        return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                        return Err(self.no_scalar(span));
                     };
                     let k = k.as_constant().ok_or(Fail::NeedsExpansion)? as usize;
                     Position::Known(vec![list.get(k).copied().ok_or(Fail::Reported)?], false)
@@ -254,9 +254,8 @@ impl Flattener<'_, '_> {
         if matches!(expr.kind, Kind::Colon | Kind::Range(..) | Kind::Array(_) | Kind::Integer(_)) {
             return false;
         }
-        hyd_typed::any_variable(expr, &mut |variable| {
-            self.tree.instances[variable.last()].variability > Variability::Parameter
-        }) || cx.depth == 0 && hyd_typed::any(expr, &mut |part| matches!(part.kind, Kind::Time))
+        hyd_typed::any_variable(expr, &mut |variable| self.scopes.variability(variable.last()) > Variability::Parameter)
+            || cx.depth == 0 && hyd_typed::any(expr, &mut |part| matches!(part.kind, Kind::Time))
     }
 
     /// A body of its own around what `build` makes, and its call.
@@ -336,7 +335,7 @@ impl Flattener<'_, '_> {
         use crate::expressions::reference::Subscript;
         let mut wanted = |flat: &mut Self| match kept.next() {
             Some(at) => at.as_constant().ok_or(Fail::NeedsExpansion),
-            None => Err(flat.error(Code::ArrayShape, span, "an array stands where a scalar is needed")),
+            None => Err(flat.no_scalar(span)),
         };
         let position = match self.subscript(expr, size, cx)? {
             Subscript::At(at) => at.as_constant().ok_or(Fail::NeedsExpansion)?,

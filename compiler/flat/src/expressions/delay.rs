@@ -156,7 +156,7 @@ impl Flattener<'_, '_> {
     }
 
     pub(crate) fn call_text(&self, span: Span) -> String {
-        self.tree.table.files.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ")
+        self.scopes.table.files.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ")
     }
 }
 

@@ -56,7 +56,7 @@ impl Flattener<'_, '_> {
     }
 
     fn too_large(&self, span: Span) -> String {
-        let text = self.tree.table.files.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ");
+        let text = self.scopes.table.files.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ");
         format!("the Integer `{text}` is beyond 2^53, from where on Integers are not exact")
     }
 

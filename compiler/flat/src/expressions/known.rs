@@ -23,7 +23,7 @@ impl Flattener<'_, '_> {
         reads_run(expr)
             || any_variable(expr, &mut |variable| {
                 let last = variable.last();
-                self.tree.instances[last].variability > Variability::Parameter || late(self, last)
+                self.scopes.variability(last) > Variability::Parameter || late(self, last)
             })
     }
 
@@ -36,8 +36,9 @@ impl Flattener<'_, '_> {
         if on_the_way.contains(&inst) {
             return false;
         }
-        let late = self.tree.is_free(inst) || {
-            let binding = self.tree.instances[inst].primitive.as_ref().and_then(|primitive| primitive.binding.clone());
+        let late = self.scopes.is_free(inst) || {
+            let binding =
+                self.scopes.instances[inst].primitive.as_ref().and_then(|primitive| primitive.binding.clone());
             let said = binding.as_ref().and_then(|applied| Some((applied.tree.binding.clone()?, applied.scope)));
             on_the_way.push(inst);
             let late = said.is_some_and(|(expr, scope)| {

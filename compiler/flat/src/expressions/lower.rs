@@ -4,10 +4,11 @@
 //! array expressions need no arrays of nodes and an equation inside loops is lowered once.  Types follow Modelica 3.6,
 //! section 6.7 and chapter 10.
 
+use hyd_instance::constructor::RecordField;
 use hyd_instance::{InstId, ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::Relation;
-use hyd_syntax::tree::{BinaryOp, Component, Expr as Text, UnaryOp};
+use hyd_syntax::tree::{BinaryOp, Expr as Text, UnaryOp};
 use hyd_typed::{Declaration, Expr, Iterator, Kind, Type};
 
 use crate::expressions::array::{at, constants};
@@ -71,7 +72,7 @@ impl Flattener<'_, '_> {
             }
             Kind::Time => Ok(Typed::real(self.model.templates.arena.intern(hyd_symbolic::Node::Time))),
             Kind::Class(local, _) => {
-                let name = self.tree.table.full_name(local.class);
+                let name = self.scopes.table.full_name(local.class);
                 Err(self.error(Code::TypeMismatch, expr.span, format!("the class `{name}` is not a value")))
             }
             Kind::Function(_) => {
@@ -96,7 +97,7 @@ impl Flattener<'_, '_> {
             Kind::If(branches, otherwise) => self.lower_if(expr.span, branches, otherwise, cx, index),
             Kind::Range(start, step, stop) => {
                 let [position] = index else {
-                    return Err(self.error(Code::ArrayShape, expr.span, "an array stands where a scalar is needed"));
+                    return Err(self.no_scalar(expr.span));
                 };
                 let local = self.steps_of(start, step.as_deref(), stop, cx)?.at(position)?;
                 self.node_of_index(expr.span, &local)
@@ -125,7 +126,7 @@ impl Flattener<'_, '_> {
     /// The first subscript as a number, and the others.
     fn first_constant<'a>(&mut self, span: Span, index: &'a [Affine]) -> Result<(&'a i64, &'a [Affine]), Fail> {
         let Some((first, rest)) = index.split_first() else {
-            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            return Err(self.no_scalar(span));
         };
         if first.terms.is_empty() { Ok((&first.constant, rest)) } else { Err(Fail::NeedsExpansion) }
     }
@@ -295,7 +296,7 @@ impl Flattener<'_, '_> {
         // The last iterator is the outermost (10.4.1).
         for iterator in iterators.iter().rev() {
             let Some((first, others)) = rest.split_first() else {
-                return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                return Err(self.no_scalar(span));
             };
             rest = others;
             let local = self.range_element(iterator, cx, first)?;
@@ -345,7 +346,7 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         let name = self.path(inst);
-        let declared = self.tree.instances[inst].span;
+        let declared = self.scopes.instances[inst].span;
         let what = if section == Section::Start { "the start value" } else { "the value" };
         let message = format!("{what} of `{name}` is {}, but `{name}` is {}", value.scalar.name(), to.name());
         self.report(
@@ -368,14 +369,14 @@ impl Flattener<'_, '_> {
         }
         if expr.ty.is_text() && expr.ty.rank > 0 {
             let (env, _) = cx.env();
-            return Ok(Local::Value(self.tree.evaluate(&expr.evaluable(), cx.scope, &env)?));
+            return Ok(Local::Value(self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)?));
         }
         if expr.ty.is_text() {
             return Ok(Local::Value(Value::Text(self.text_value(expr, cx)?.into())));
         }
         if expr.ty.is_object() {
             let (env, _) = cx.env();
-            return Ok(Local::Value(self.tree.evaluate(&expr.evaluable(), cx.scope, &env)?));
+            return Ok(Local::Value(self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)?));
         }
         if matches!(expr.kind, Kind::Call(_)) {
             let local = self.call(expr, cx)?;
@@ -424,13 +425,16 @@ impl Flattener<'_, '_> {
         self.local_value(&typed, cx)
     }
 
-    /// The sizes of a declaration that stands where the context says.
-    pub(crate) fn sizes_of_text(&mut self, component: &Component, cx: &mut Context) -> Result<Vec<usize>, Fail> {
-        let mut dims = Vec::with_capacity(component.dims.len());
-        for dim in &component.dims {
+    /// The sizes of a field, whose text stands where the context says, and those that its type adds.
+    pub(crate) fn sizes_of_field(&mut self, field: &RecordField, cx: &mut Context) -> Result<Vec<usize>, Fail> {
+        let mut dims = Vec::with_capacity(field.declaration.dims.len());
+        for dim in &field.declaration.dims {
             dims.push(self.elaborator(cx.scope, Some(cx)).expr(dim)?);
         }
-        self.sizes_of_dims(&dims, cx)
+        let mut sizes = self.sizes_of_dims(&dims, cx)?;
+        let of_type = self.elaborator(field.type_scope, None).dims_of_type(field.type_scope, &field.declaration);
+        sizes.extend(self.sizes_of_dims(&of_type, cx)?);
+        Ok(sizes)
     }
 
     pub(crate) fn sizes_of_dims(&mut self, dims: &[Expr], inner: &mut Context) -> Result<Vec<usize>, Fail> {
@@ -501,7 +505,7 @@ impl Flattener<'_, '_> {
         index: &[Affine],
     ) -> Result<Typed, Fail> {
         if index.len() < 2 {
-            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            return Err(self.no_scalar(span));
         }
         let [mut i, mut j] = constants(index)?;
         for row in rows {

@@ -23,7 +23,7 @@ impl BuiltinCall<'_, '_, '_> {
         self.expect_arguments("der", 1)?;
         match &list[0].kind {
             Form::Variable(variable) => {
-                if self.flat.tree.instances[variable.last()].variability <= hyd_syntax::tree::Variability::Parameter {
+                if self.flat.scopes.variability(variable.last()) <= hyd_syntax::tree::Variability::Parameter {
                     return Ok(self.flat.literal(0.0, ScalarType::Real));
                 }
                 self.flat.lower_variable(span, &variable.steps, Kind::Der, self.cx, index)
@@ -75,14 +75,14 @@ impl BuiltinCall<'_, '_, '_> {
         match &list[0].kind {
             Form::Variable(variable) => {
                 let (last, steps) = (variable.last(), &variable.steps);
-                let variability = self.flat.tree.instances[last].variability;
+                let variability = self.flat.scopes.variability(last);
                 if variability <= hyd_syntax::tree::Variability::Parameter {
                     return self.flat.lower_variable(span, steps, Kind::Var, self.cx, index);
                 }
                 if variability == hyd_syntax::tree::Variability::Continuous && !self.cx.in_when {
                     let message = format!(
                         "`pre` of the continuous variable `{}` is allowed only inside `when`",
-                        self.flat.tree.instances[last].name
+                        self.flat.scopes.instances[last].name
                     );
                     return Err(self.flat.error(Code::Misplaced, span, message));
                 }

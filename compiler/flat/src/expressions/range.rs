@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use hyd_instance::range::{ZERO_STEP, count_of_integers, count_of_reals};
 use hyd_instance::{Builtin, ScalarType, Value};
 use hyd_source::Code;
 use hyd_symbolic::Function;
@@ -74,19 +75,13 @@ impl Range {
     }
 }
 
-/// The message for `a:0:b`.
-pub(crate) const ZERO_STEP: &str = "the step of this range is zero";
-
 /// Most values of a range.
 const MAX_STEPS: i128 = 1 << 27;
 
 impl Flattener<'_, '_> {
     /// The values of a loop variable.
     pub(crate) fn range(&mut self, iterator: &Iterator, cx: &mut Context) -> Result<Range, Fail> {
-        let Some(range) = &iterator.range else {
-            let message = format!("the range of `{}` must be written", iterator.name.name);
-            return Err(self.error(Code::NotStructural, iterator.name.span, message));
-        };
+        let range = &iterator.range;
         if let Kind::Failed(said, _) = &range.kind {
             return Err(self.say(said));
         }
@@ -100,7 +95,7 @@ impl Flattener<'_, '_> {
             return Ok(Range::Nodes(self.elements_of(range, cx)?));
         }
         let (env, _) = cx.env();
-        Ok(Range::Values(self.tree.evaluate(&range.evaluable(), cx.scope, &env)?.items()))
+        Ok(Range::Values(self.scopes.evaluate(&range.evaluable(), cx.scope, &env)?.items()))
     }
 
     /// A range of Real values inside a function, whose ends may be variables of the function that are known here.
@@ -120,7 +115,7 @@ impl Flattener<'_, '_> {
         if step == 0.0 {
             return Err(self.error(Code::Value, parts[1].span, ZERO_STEP));
         }
-        let count = hyd_instance::value::count_of_reals(start, step, stop);
+        let count = count_of_reals(start, step, stop);
         if !(count.is_finite() && count < 1e6) {
             return Err(self.error(Code::Limit, parts[0].span, "this range has no meaning or too many values"));
         }
@@ -144,7 +139,7 @@ impl Flattener<'_, '_> {
             let step = step.map(|s| Box::new(s.clone()));
             let kind = Kind::Range(Box::new(start.clone()), step, Box::new(stop.clone()));
             let whole = Expr { kind, ty: start.ty.with_rank(1), span: start.span.to(stop.span) };
-            return Ok(Range::Values(self.tree.evaluate(&whole.evaluable(), cx.scope, &env)?.items()));
+            return Ok(Range::Values(self.scopes.evaluate(&whole.evaluable(), cx.scope, &env)?.items()));
         }
         let (first, last) = (self.affine(start, cx)?, self.affine(stop, cx)?);
         let step = match step {
@@ -155,8 +150,7 @@ impl Flattener<'_, '_> {
             None => 1,
         };
         let distance = last.add_scaled(&first, -1).and_then(|d| d.as_constant()).ok_or(Fail::NeedsExpansion)?;
-        let backwards = distance != 0 && (distance > 0) != (step > 0);
-        let count = if backwards { 0 } else { i128::from(distance) / i128::from(step) + 1 };
+        let count = count_of_integers(0, step, distance);
         if count > MAX_STEPS {
             let message = format!("this range has {count} values; at most {MAX_STEPS} are possible");
             return Err(self.error(Code::Limit, start.span.to(stop.span), message));

@@ -26,7 +26,7 @@ impl Flattener<'_, '_> {
                     _ => Ok(None),
                 }
             }
-            Kind::Variable(variable) if self.tree.instances[variable.last()].primitive.is_none() => {
+            Kind::Variable(variable) if self.scopes.instances[variable.last()].primitive.is_none() => {
                 self.record_of_components(expr, variable, cx).map(Some)
             }
             Kind::Array(_) | Kind::ArrayFor(..) => self.array_of_records(expr, cx),
@@ -48,10 +48,10 @@ impl Flattener<'_, '_> {
 
     /// The fields of a component that is a record.
     fn record_of_components(&mut self, expr: &Expr, variable: &Variable, cx: &mut Context) -> Result<Local, Fail> {
-        let children = self.tree.instances[variable.last()].children.clone();
+        let children = self.scopes.instances[variable.last()].children.clone();
         let mut fields = Vec::with_capacity(children.len());
         for child in children {
-            let name = self.tree.instances[child].name.clone();
+            let name = self.scopes.instances[child].name.clone();
             let value = self.component_of(expr, variable, child);
             fields.push((name, self.local_value(&value, cx)?));
         }
@@ -61,7 +61,7 @@ impl Flattener<'_, '_> {
 
     /// A component of the component that an expression names.
     pub(crate) fn component_of(&self, expr: &Expr, variable: &Variable, child: InstId) -> Expr {
-        let instance = &self.tree.instances[child];
+        let instance = &self.scopes.instances[child];
         let mut steps = variable.steps.clone();
         steps.push((child, Vec::new()));
         let mut reference = ComponentRef::clone(&variable.reference);

@@ -2,7 +2,7 @@
 //! `hyd_instance::constructor`).
 
 use hyd_instance::constructor::{RecordField, RecordMaker, construct};
-use hyd_instance::{InstanceTree, ScalarType, Scope};
+use hyd_instance::{ScalarType, Scope, Scopes};
 use hyd_source::{Code, Span};
 use hyd_syntax::tree::{Arguments, Expr as Text, Ident, Name};
 use hyd_typed::{Construction, Expr, Kind};
@@ -53,8 +53,8 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
     type Value = Local;
     type Fail = Fail;
 
-    fn tree(&mut self) -> &mut InstanceTree<'s> {
-        self.flat.tree
+    fn scopes(&mut self) -> &mut Scopes<'s> {
+        self.flat.scopes
     }
 
     fn given(&mut self, expr: &Text, field: &RecordField) -> Result<Local, Fail> {
@@ -96,7 +96,7 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
 
     fn sizes(&mut self, field: &RecordField, fields: &[(Name, Local)]) -> Result<Vec<usize>, Fail> {
         let mut own = self.inside(field.scope, fields);
-        self.flat.sizes_of_text(&field.declaration, &mut own)
+        self.flat.sizes_of_field(field, &mut own)
     }
 
     fn unset(&mut self, field: &RecordField, fields: &[(Name, Local)]) -> Result<Option<Local>, Fail> {
@@ -107,9 +107,9 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
         let Typed { node, scalar } = self.flat.literal(0.0, ScalarType::Real);
         let mut own = self.inside(field.scope, fields);
         let form = self.flat.quietly(|flat| {
-            let sizes = flat.sizes_of_text(&field.declaration, &mut own)?;
-            own.scope = field.type_scope;
-            flat.declared_form(&field.declaration, sizes, &mut own)
+            let sizes = flat.sizes_of_field(field, &mut own)?;
+            let ty = flat.elaborator(field.type_scope, None).declared_type(field.type_scope, &field.declaration)?;
+            flat.declared_form(&field.declaration.name, &ty.base, &sizes, &own)
         });
         // A field whose sizes are not known here gets them when it is assigned.
         let sized = form.map(|form| form.local(&mut std::iter::repeat(node)));
@@ -140,8 +140,8 @@ impl Flattener<'_, '_> {
                 format!("functions call each other deeper than {} levels", crate::functions::function::MAX_CALLS);
             return Err(self.error(Code::Limit, span, message));
         }
-        let given = self.tree.constructor_arguments(&made.record, span, positional, named)?;
-        let record = self.tree.table.class(made.record.class).def.name.name.clone();
+        let given = self.scopes.constructor_arguments(&made.record, span, positional, named)?;
+        let record = self.scopes.table.class(made.record.class).def.name.name.clone();
         let outside = std::mem::replace(&mut cx.scope, made.scope);
         let result =
             construct(&mut Nodes { flat: self, cx, record: &record, set_later: false }, &made.record, given, only);

@@ -98,7 +98,7 @@ impl Flattener<'_, '_> {
     ) -> Result<Typed, Fail> {
         let last = steps[steps.len() - 1].0;
         let scalar = self.scalar_of(span, last)?;
-        let instance = &self.tree.instances[last];
+        let instance = &self.scopes.instances[last];
         let name = instance.name.clone();
         let constant = instance.variability == Variability::Constant || !self.blocks.contains_key(&last);
         if constant
@@ -136,7 +136,7 @@ impl Flattener<'_, '_> {
 
     /// The type of a variable that can stand in an equation.
     fn scalar_of(&mut self, span: Span, inst: InstId) -> Result<ScalarType, Fail> {
-        let instance = &self.tree.instances[inst];
+        let instance = &self.scopes.instances[inst];
         let name = instance.name.clone();
         if instance.absent {
             let declared = instance.span;
@@ -148,7 +148,7 @@ impl Flattener<'_, '_> {
             return Err(Fail::Reported);
         }
         let Some(primitive) = &instance.primitive else {
-            if self.tree.is_broken(inst) {
+            if self.scopes.is_broken(inst) {
                 return Err(Fail::Reported);
             }
             return Err(self.error(Code::TypeMismatch, span, format!("`{name}` is a component, not a value")));
@@ -163,7 +163,7 @@ impl Flattener<'_, '_> {
 
     /// An element of a constant, or the value of all of them where that is the same.
     fn element_of_constant(&mut self, span: Span, inst: InstId, offset: &Affine) -> Result<Typed, Fail> {
-        let value = self.tree.value_of(inst, span)?;
+        let value = self.scopes.value_of(inst, span)?;
         let size = value.shape().iter().product::<usize>();
         let is_single = size == 1;
         let chosen = match offset.as_constant() {
@@ -187,12 +187,12 @@ impl Flattener<'_, '_> {
         index: &[Affine],
     ) -> Result<Option<Typed>, Fail> {
         let (last, subscripts) = (steps[steps.len() - 1].0, &steps[steps.len() - 1].1);
-        let dims = self.tree.instances[last].dims.clone();
-        let whole = hyd_instance::instance::full_dims(&self.tree.instances, last);
+        let dims = self.scopes.instances[last].dims.clone();
+        let whole = hyd_instance::instance::full_dims(&self.scopes.instances, last);
         if whole.len() != dims.len() || !self.computed_subscripts(&dims, subscripts, cx)? {
             return Ok(None);
         }
-        let value = self.tree.value_of(last, span)?;
+        let value = self.scopes.value_of(last, span)?;
         let mut items = Vec::new();
         for number in value.flatten() {
             items.push(self.constant_value(span, number)?);
@@ -211,8 +211,8 @@ impl Flattener<'_, '_> {
         let last = steps[steps.len() - 1].0;
         let mut offset = Affine::constant(0);
         let mut taken = 0;
-        for id in hyd_instance::instance::chain(&self.tree.instances, last) {
-            let dims = self.tree.instances[id].dims.clone();
+        for id in hyd_instance::instance::chain(&self.scopes.instances, last) {
+            let dims = self.scopes.instances[id].dims.clone();
             let subscripts: &[Expr] = steps.iter().find(|(i, _)| *i == id).map_or(&[], |(_, s)| s.as_slice());
             let in_steps = steps.iter().any(|(i, _)| *i == id);
             if subscripts.len() > dims.len() {
@@ -262,7 +262,7 @@ impl Flattener<'_, '_> {
             return Ok(at);
         }
         let Some(wanted) = index.get(*taken).cloned() else {
-            return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+            return Err(self.no_scalar(span));
         };
         *taken += 1;
         match subscript {
@@ -312,7 +312,7 @@ impl Flattener<'_, '_> {
             return Err(Fail::NeedsExpansion);
         }
         env.ends.push(size);
-        let value = self.tree.evaluate(&expr.evaluable(), cx.scope, &env)?;
+        let value = self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)?;
         Ok(Subscript::List(value.flatten().iter().filter_map(|v| v.as_integer().map(|k| k - 1)).collect()))
     }
 
@@ -379,7 +379,7 @@ impl Flattener<'_, '_> {
                 None => self.opaque(expr.span),
             };
         }
-        match self.tree.evaluate(&expr.evaluable(), cx.scope, &env)? {
+        match self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)? {
             Value::Integer(k) => Ok(Affine::constant(k)),
             Value::Enumeration(_, k) => Ok(Affine::constant(i64::from(k))),
             // `false` is the first element of an array over `Boolean`, `true` the second.

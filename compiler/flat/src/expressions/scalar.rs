@@ -54,7 +54,7 @@ impl Flattener<'_, '_> {
                 return Err(self.error(Code::TypeMismatch, span, "an external object is not a value of an equation"));
             }
             Value::Array(_) | Value::Record(_) => {
-                return Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed"));
+                return Err(self.no_scalar(span));
             }
         };
         if matches!(value, Value::Integer(k) if k.unsigned_abs() > LARGEST_INTEGER as u64) {

@@ -111,7 +111,7 @@ impl Flattener<'_, '_> {
             if !complete && cx.has_counter_in(condition) {
                 return Err(Fail::NeedsExpansion);
             }
-            match self.tree.evaluate(&condition.evaluable(), cx.scope, &env)? {
+            match self.scopes.evaluate(&condition.evaluable(), cx.scope, &env)? {
                 Value::Boolean(true) => return Ok(Some(value)),
                 _ => continue,
             }
@@ -148,7 +148,7 @@ impl Flattener<'_, '_> {
     pub(crate) fn steps_shape(&mut self, steps: &[(InstId, Vec<Expr>)], cx: &mut Context) -> Result<Vec<usize>, Fail> {
         let mut shape = Vec::new();
         for (inst, subscripts) in steps {
-            let dims = self.tree.instances[*inst].dims.clone();
+            let dims = self.scopes.instances[*inst].dims.clone();
             shape.extend(self.kept_sizes(&dims, subscripts, cx)?);
         }
         Ok(shape)

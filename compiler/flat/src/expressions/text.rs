@@ -46,7 +46,7 @@ impl Flattener<'_, '_> {
         if let Kind::Failed(said, _) = &expr.kind {
             return Err(self.say(said));
         }
-        Ok(match self.tree.evaluate(&expr.evaluable(), cx.scope, &env)? {
+        Ok(match self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)? {
             Value::Text(text) => text.to_string(),
             other => other.text(),
         })
@@ -98,20 +98,20 @@ impl Flattener<'_, '_> {
             return Err(Fail::NeedsExpansion);
         }
         let (env, _) = cx.env();
-        let fixed = match known.then(|| self.tree.evaluate(&expr.evaluable(), cx.scope, &env)) {
+        let fixed = match known.then(|| self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)) {
             Some(Ok(Value::Text(text))) => Some(text.to_string()),
             _ => None,
         };
         if let (None, Kind::Format(value, arguments)) = (&fixed, &expr.kind)
             && let Arguments::List { positional, named } = &**arguments
-            && let Ok(format) = self.tree.text_format(expr.span, positional, named, cx.scope, &env)
+            && let Ok(format) = self.scopes.text_format(expr.span, positional, named, cx.scope, &env)
         {
             // Which type it is shows when the value is lowered.
             parts.push(MessagePart::Value(format, ValueKind::Real));
             values.push(Expr::clone(value));
-            return Ok(self.tree.table.files.snippet(expr.span).to_string());
+            return Ok(self.scopes.table.files.snippet(expr.span).to_string());
         }
-        let text = fixed.unwrap_or_else(|| self.tree.table.files.snippet(expr.span).to_string());
+        let text = fixed.unwrap_or_else(|| self.scopes.table.files.snippet(expr.span).to_string());
         parts.push(MessagePart::Text(text.clone().into()));
         Ok(text)
     }

@@ -55,7 +55,7 @@ impl Flattener<'_, '_> {
                 }
                 items.get(position).cloned().ok_or(Fail::Reported)
             }
-            Local::Array(..) => Err(self.error(Code::ArrayShape, span, "an array stands where a scalar is needed")),
+            Local::Array(..) => Err(self.no_scalar(span)),
             Local::Record(_) | Local::Records(..) => {
                 Err(self.error(Code::TypeMismatch, span, "a record stands where a scalar is needed"))
             }
@@ -162,7 +162,7 @@ impl Flattener<'_, '_> {
             (block.first.0..block.first.0 + block.count).contains(&v.0)
         };
         let inst = self.blocks.iter().find(|(_, block)| holds(block)).map(|(&inst, _)| inst);
-        let primitive = inst.and_then(|inst| self.tree.instances[inst].primitive.as_ref());
+        let primitive = inst.and_then(|inst| self.scopes.instances[inst].primitive.as_ref());
         primitive.map_or(ScalarType::Real, |primitive| primitive.scalar.clone())
     }
 

@@ -199,7 +199,7 @@ impl Flattener<'_, '_> {
             return Err(Fail::NeedsExpansion);
         }
         let text = expr.evaluable();
-        match self.tree.quietly(|tree| tree.evaluate(&text, cx.scope, &env)) {
+        match self.scopes.quietly(|scopes| scopes.evaluate(&text, cx.scope, &env)) {
             Ok(Value::Integer(size)) => Ok(Some(Local::Index(Affine::constant(size)))),
             _ => Ok(None),
         }

@@ -203,7 +203,7 @@ impl Flattener<'_, '_> {
         let last = variable.last();
         if let Local::Record(fields) | Local::Records(fields, _) = value {
             for (name, field) in fields {
-                let Some(&child) = self.tree.instances[last].by_name.get(&name) else {
+                let Some(&child) = self.scopes.instances[last].by_name.get(&name) else {
                     return Err(self.no_field(target.span, &name));
                 };
                 let inner = self.component_of(target, variable, child);
@@ -230,7 +230,7 @@ impl Flattener<'_, '_> {
             }
             let (offset, _) = self.position_of(target.span, &variable.steps, cx, &at)?;
             let v = VarId(first.0 + offset.as_constant().ok_or(Fail::NeedsExpansion)? as u32);
-            if let Some(primitive) = &self.tree.instances[last].primitive {
+            if let Some(primitive) = &self.scopes.instances[last].primitive {
                 let wanted = primitive.scalar.clone();
                 self.check_assignable(&wanted, &value, target.span, Section::Continuous, last)?;
             }

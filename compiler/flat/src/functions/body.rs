@@ -203,7 +203,7 @@ impl Flattener<'_, '_> {
                 continue;
             }
             let sizes = self.sizes_in_body(callee, component, inner)?;
-            let form = self.declared_form(&component.text, sizes, inner)?;
+            let form = self.declared_form(&component.name, &component.ty.base, &sizes, inner)?;
             let own = self.registers(form.scalars().len());
             let mut nodes =
                 own.clone().map(|r| self.model.templates.arena.slot(SlotId(r))).collect::<Vec<_>>().into_iter();

@@ -5,12 +5,12 @@
 //! variable before the run (in a size or a slice) the loop is written out instead.
 
 use hyd_instance::ScalarType;
+use hyd_instance::range::{ROUNDING, SLACK, ZERO_STEP};
 use hyd_source::Code;
 use hyd_symbolic::{Function, NodeId, Relation, SlotId, Step};
 use hyd_typed::{Assertion, Expr, Iterator, Kind, Statement, StatementKind};
 
 use crate::expressions::branch::Test;
-use crate::expressions::range::ZERO_STEP;
 use crate::functions::statement::Flow;
 use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
@@ -170,11 +170,7 @@ impl Flattener<'_, '_> {
         body: &[Statement],
         cx: &mut Context,
     ) -> Result<(), Fail> {
-        let Some(range) = &iterator.range else {
-            let message = format!("the range of `{}` must be written", iterator.name.name);
-            return Err(self.error(Code::NotStructural, iterator.name.span, message));
-        };
-        let turns = self.turns(range, cx)?;
+        let turns = self.turns(&iterator.range, cx)?;
         let counter = self.registers(1).start;
         let (zero, one) = (self.model.templates.arena.constant(0.0), self.model.templates.arena.constant(1.0));
         self.step(Step::Set(counter, zero));
@@ -243,7 +239,7 @@ impl Flattener<'_, '_> {
                 );
                 let largest = arena.call2(Function::Max, low, high);
                 let steps = arena.div(largest, width);
-                let (rounding, slack) = (arena.constant(4.0 * f64::EPSILON), arena.constant(1e-10));
+                let (rounding, slack) = (arena.constant(ROUNDING), arena.constant(SLACK));
                 let rounding = arena.mul(rounding, steps);
                 let slack = arena.call2(Function::Max, slack, rounding);
                 arena.add(quotient, slack)
@@ -260,7 +256,7 @@ impl Flattener<'_, '_> {
             _ if !matches!(self.range_values(range, cx)?, Some(())) => self.elements_of(range, cx)?,
             _ => {
                 let (env, _) = cx.env();
-                let values = self.tree.evaluate(&range.evaluable(), cx.scope, &env)?.items();
+                let values = self.scopes.evaluate(&range.evaluable(), cx.scope, &env)?.items();
                 let mut items = Vec::with_capacity(values.len());
                 for value in values.iter() {
                     items.push(self.constant_value(range.span, value)?);
@@ -292,12 +288,11 @@ impl Flattener<'_, '_> {
     ) -> Result<(), Fail> {
         let range = self.range(iterator, cx)?;
         if range.count() > MAX_WRITTEN {
-            let span = iterator.range.as_ref().map_or(iterator.name.span, |range| range.span);
             let message = format!(
                 "a loop whose variable is needed before the run can have {MAX_WRITTEN} turns, not {}",
                 range.count()
             );
-            return Err(self.error(Code::Limit, span, message));
+            return Err(self.error(Code::Limit, iterator.range.span, message));
         }
         let (mut steps, ()) = self.block(|flat| {
             for k in 0..range.count() {

@@ -6,7 +6,7 @@ use hyd_instance::constructor::{Said, declared};
 use hyd_instance::modifier::AstMod;
 use hyd_instance::{ScalarType, Scope, Value};
 use hyd_source::Code;
-use hyd_syntax::tree::{ClassKind, Component, Element};
+use hyd_syntax::tree::{ClassKind, Ident};
 use hyd_typed::{Base, Declaration, Function};
 
 use crate::expressions::record_made::Nodes;
@@ -35,63 +35,36 @@ impl Flattener<'_, '_> {
         }
     }
 
-    /// Type and sizes of a local or output, from its declaration.
+    /// The form of a variable with these sizes, from the type that its declaration gives.
     pub(crate) fn declared_form(
         &mut self,
-        component: &Component,
-        sizes: Vec<usize>,
-        inner: &mut Context,
+        name: &Ident,
+        base: &Base,
+        sizes: &[usize],
+        inner: &Context,
     ) -> Result<Form, Fail> {
-        // A text is known where it is used, or there is no body.
-        if component.class.parts.len() == 1 && component.class.parts[0].name.as_ref() == "String" && sizes.is_empty() {
-            return Ok(Form::Fixed(Value::Text("".into())));
-        }
-        let scalar = match component.class.parts.as_slice() {
-            [only] => match only.name.as_ref() {
-                "Real" => Some(ScalarType::Real),
-                "Integer" => Some(ScalarType::Integer),
-                "Boolean" => Some(ScalarType::Boolean),
-                _ => None,
-            },
-            _ => None,
-        };
-        let form = match scalar {
-            Some(scalar) => Form::Scalar(scalar),
-            None => self.class_form(component, inner)?,
-        };
-        Ok(if sizes.is_empty() { form } else { form.repeated(&sizes) })
-    }
-
-    /// The form of a class: an alias of a predefined type, an enumeration or a record.
-    pub(crate) fn class_form(&mut self, component: &Component, inner: &mut Context) -> Result<Form, Fail> {
-        let local = self.tree.find_class(inner.scope, &component.class)?;
-        if let Some(enumeration) = self.tree.enumeration(local.class) {
-            return Ok(Form::Scalar(ScalarType::Enumeration(enumeration)));
-        }
-        let shape = self.tree.table.shape(local.class)?;
-        match shape.builtin.as_deref() {
-            Some("Real") => return Ok(Form::Scalar(ScalarType::Real)),
-            Some("Integer") => return Ok(Form::Scalar(ScalarType::Integer)),
-            Some("Boolean") => return Ok(Form::Scalar(ScalarType::Boolean)),
-            _ => {}
-        }
-        if self.tree.table.class(local.class).def.kind != ClassKind::Record {
-            let message = format!("`{}` cannot be a variable of a function", component.name.name);
-            return Err(self.error(Code::TypeMismatch, component.name.span, message));
-        }
-        let inst = self.tree.package_of(&local)?;
-        let mut fields = Vec::new();
-        for element in shape.elements.iter().filter(|e| e.component) {
-            let owner = self.tree.table.class(shape.frames[element.frame as usize].class).def.clone();
-            let declared = &hyd_instance::class::elements(&owner)[element.position as usize];
-            if let Element::Component(field) = declared {
-                let scope = Scope { inst, frame: element.frame };
-                let mut own = Context { depth: inner.depth, ..Context::new(scope) };
-                let sizes = self.sizes_of_text(field, &mut own)?;
-                fields.push((element.name.clone(), self.declared_form(field, sizes, &mut own)?));
+        let form = match base {
+            // A text is known where it is used, or there is no body.
+            Base::Scalar(ScalarType::Text) if sizes.is_empty() => return Ok(Form::Fixed(Value::Text("".into()))),
+            Base::Scalar(ScalarType::Text | ScalarType::Object) | Base::Function(_) | Base::None => {
+                let message = format!("`{}` cannot be a variable of a function", name.name);
+                return Err(self.error(Code::TypeMismatch, name.span, message));
             }
-        }
-        Ok(Form::Record(fields))
+            Base::Scalar(scalar) => Form::Scalar(scalar.clone()),
+            Base::Record(record) => {
+                let dims = self.typing.dims_of_fields(record);
+                let mut fields = Vec::with_capacity(record.fields.len());
+                for ((field, ty), (frame, dims)) in record.fields.iter().zip(&*dims) {
+                    let inst = record.inst.unwrap_or(inner.scope.inst);
+                    let mut own = Context { depth: inner.depth, ..Context::new(Scope { inst, frame: *frame }) };
+                    let sizes = self.sizes_of_dims(dims, &mut own)?;
+                    let name = Ident { name: field.clone(), span: name.span };
+                    fields.push((field.clone(), self.declared_form(&name, &ty.base, &sizes, inner)?));
+                }
+                Form::Record(fields)
+            }
+        };
+        Ok(if sizes.is_empty() { form } else { form.repeated(sizes) })
     }
 
     pub(crate) fn declare_local(
@@ -138,8 +111,8 @@ impl Flattener<'_, '_> {
         inner: &mut Context,
     ) -> Result<Option<Local>, Fail> {
         let component = &declared_as.text;
-        let local = self.tree.find_class(inner.scope, &component.class)?;
-        if self.tree.table.class(local.class).def.kind != ClassKind::Record || declared_as.is_sized_by_value() {
+        let local = self.scopes.find_class(inner.scope, &component.class)?;
+        if self.scopes.table.class(local.class).def.kind != ClassKind::Record || declared_as.is_sized_by_value() {
             return Ok(None);
         }
         let sizes = self.local_sizes(declared_as, inner)?;
@@ -152,7 +125,7 @@ impl Flattener<'_, '_> {
         }
         let tree = Arc::new(AstMod::from_syntax(&component.modification));
         said.push(Said { tree, scope: inner.scope, at: Vec::new() });
-        let record = self.tree.table.class(local.class).def.name.name.clone();
+        let record = self.scopes.table.class(local.class).def.name.name.clone();
         let mut maker = Nodes { flat: self, cx: inner, record: &record, set_later: true };
         declared(&mut maker, &local, &said, &sizes, component.name.span).map(Some)
     }

@@ -34,7 +34,7 @@ impl Flattener<'_, '_> {
         }
         let name = external.name();
         if is_effect_only(name) {
-            self.tree.no_effect(span, name);
+            self.scopes.no_effect(span, name);
             return Ok(Vec::new());
         }
         if let Some(function) = TableFunction::of(name) {
@@ -74,7 +74,7 @@ impl Flattener<'_, '_> {
                 None => return outside(self),
             }
         }
-        let Some(given) = self.tree.external_value(span, external.name(), &arguments) else { return outside(self) };
+        let Some(given) = self.scopes.external_value(span, external.name(), &arguments) else { return outside(self) };
         let Given { value, set } = given?;
         let mut found: Vec<(Name, Value)> = Vec::new();
         let mut note = |target: Option<&Expr>, value: Value| {

@@ -41,7 +41,7 @@ impl<'s> Flattener<'_, 's> {
         }
         match &expr.kind {
             Kind::Record(made) => {
-                let name = self.tree.table.class(made.record.class).def.name.name.clone();
+                let name = self.scopes.table.class(made.record.class).def.name.name.clone();
                 let record = self.construct(expr.span, made, None, cx)?;
                 Ok(vec![(name, record)])
             }
@@ -76,7 +76,7 @@ impl<'s> Flattener<'_, 's> {
         // What has been said at this place is not said again.
         let place = |d: &Diagnostic| d.labels.iter().find(|l| l.primary).map(|l| l.span);
         for new in said.into_iter().filter(|d| d.code == Code::UnknownName) {
-            if !self.tree.table.messages.iter().any(|old| place(old) == place(&new)) {
+            if !self.scopes.table.messages.iter().any(|old| place(old) == place(&new)) {
                 self.report(new);
             }
         }
@@ -90,7 +90,8 @@ impl<'s> Flattener<'_, 's> {
         values: Vec<Local>,
         cx: &mut Context,
     ) -> Result<Outputs, Fail> {
-        if let Some(external) = callee.external.as_ref().filter(|external| !self.tree.is_column_reader(&external.text))
+        if let Some(external) =
+            callee.external.as_ref().filter(|external| !self.scopes.is_column_reader(&external.text))
         {
             return self.call_external(span, callee, external, values, cx);
         }
@@ -187,7 +188,8 @@ impl<'s> Flattener<'_, 's> {
                 _ => None,
             })
             .collect();
-        let numbers = self.tree.read_column(inner.called_from.unwrap_or(span), &inputs).map_err(|_| Fail::Reported)?;
+        let numbers =
+            self.scopes.read_column(inner.called_from.unwrap_or(span), &inputs).map_err(|_| Fail::Reported)?;
         let items = numbers.iter().map(|&number| self.literal(number, ScalarType::Real)).collect();
         if let Some(output) = callee.outputs().next() {
             inner.names.push((output.name.name.clone(), Local::array(items, vec![numbers.len()])));

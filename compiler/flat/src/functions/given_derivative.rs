@@ -79,7 +79,7 @@ impl Flattener<'_, '_> {
         let Kind::Class(local, _) = &typed.kind else {
             return Err(self.error(Code::BadArguments, expr.span, "`derivative` names a function"));
         };
-        let kind = self.tree.table.class(local.class).def.kind;
+        let kind = self.scopes.table.class(local.class).def.kind;
         if kind != ClassKind::Function || inputs.iter().any(|form| matches!(form, Form::Record(_))) {
             return Ok(None);
         }
@@ -126,7 +126,7 @@ impl Flattener<'_, '_> {
         let given = tree.children.iter().find(|(name, _)| name.as_ref() == "order");
         let Some(expr) = given.and_then(|(_, child)| child.binding.clone()) else { return 1 };
         let scope = Scope { inst: self.tree.root, frame: 0 };
-        let value = self.tree.quietly(|tree| tree.evaluate(&expr, scope, &Env::default()));
+        let value = self.scopes.quietly(|scopes| scopes.evaluate(&expr, scope, &Env::default()));
         value.ok().and_then(|value| value.as_integer()).unwrap_or(1)
     }
 }

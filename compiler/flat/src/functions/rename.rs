@@ -89,7 +89,7 @@ impl Renaming<'_> {
 
     fn enter(&mut self, iterators: &mut [Iterator]) {
         for iterator in iterators {
-            iterator.range.iter_mut().for_each(|range| self.expr(range));
+            self.expr(&mut iterator.range);
             self.hidden.push(iterator.name.name.clone());
         }
     }

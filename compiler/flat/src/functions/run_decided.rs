@@ -96,7 +96,7 @@ impl Flattener<'_, '_> {
         let scalar = match &expr.kind {
             Kind::Local(_) => None,
             Kind::Variable(variable) => {
-                let instance = &self.tree.instances[variable.last()];
+                let instance = &self.scopes.instances[variable.last()];
                 if instance.variability == Variability::Constant || expr.ty.is_text() {
                     return Ok(None);
                 }

@@ -155,14 +155,14 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::Misplaced, target.span, "only variables can be assigned"));
         };
         let last = variable.last();
-        let known = self.tree.instances[last].variability <= hyd_syntax::tree::Variability::Parameter;
+        let known = self.scopes.variability(last) <= hyd_syntax::tree::Variability::Parameter;
         let leaves = self.variables_below(last);
         let computed = place.initial
-            && self.tree.instances[last].variability == hyd_syntax::tree::Variability::Parameter
+            && self.scopes.variability(last) == hyd_syntax::tree::Variability::Parameter
             && leaves.iter().all(|&block| self.model.variables[block].fixed == PerElement::All(false));
         if known && !computed {
             let message =
-                format!("`{}` is a parameter or constant and cannot be assigned", self.tree.instances[last].name);
+                format!("`{}` is a parameter or constant and cannot be assigned", self.scopes.instances[last].name);
             return Err(self.error(Code::Misplaced, target.span, message));
         }
         if place.in_when {
@@ -178,7 +178,7 @@ impl Flattener<'_, '_> {
     fn variables_below(&self, inst: hyd_instance::InstId) -> Vec<crate::model::BlockId> {
         match self.blocks.get(&inst) {
             Some(&block) => vec![block],
-            None => self.tree.instances[inst].children.iter().flat_map(|&c| self.variables_below(c)).collect(),
+            None => self.scopes.instances[inst].children.iter().flat_map(|&c| self.variables_below(c)).collect(),
         }
     }
 }

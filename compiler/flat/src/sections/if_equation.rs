@@ -94,7 +94,7 @@ impl Flattener<'_, '_> {
         let env = Env { names: loops.fixed.clone(), ..Env::default() };
         for (condition, body) in branches {
             let Some(condition) = condition else { return Ok(Some(body)) };
-            match self.tree.evaluate(&condition.evaluable(), scope, &env)? {
+            match self.scopes.evaluate(&condition.evaluable(), scope, &env)? {
                 Value::Boolean(true) => return Ok(Some(body)),
                 Value::Boolean(false) => {}
                 other => {

@@ -71,7 +71,7 @@ impl Flattener<'_, '_> {
     }
 
     fn read_expression(&mut self, name: &str, text: &str) -> Option<Expr> {
-        let file = self.tree.table.files.add(format!("term {name}"), text);
+        let file = self.scopes.table.files.add(format!("term {name}"), text);
         let parsed = hyd_syntax::parse_expression(file, text);
         parsed.diagnostics.into_iter().for_each(|diagnostic| self.report(diagnostic));
         parsed.value
@@ -105,7 +105,7 @@ impl Flattener<'_, '_> {
 
     fn is_meant(&self, k: usize, origin: &Origin) -> bool {
         let term = &self.injections[k].term;
-        let files = &self.tree.table.files;
+        let files = &self.scopes.table.files;
         let file = || {
             let name = files.name(origin.span.file);
             let ends =
@@ -221,7 +221,7 @@ impl Flattener<'_, '_> {
     }
 
     fn injectable_lines(&self, path: &str) -> Vec<String> {
-        let files = &self.tree.table.files;
+        let files = &self.scopes.table.files;
         let blocks = self.notes.injectable.iter().map(|&block| &self.model.equations[block].origin);
         let mut lines: Vec<u32> = blocks.filter(|o| *o.path == *path).map(|o| files.location(o.span).line).collect();
         lines.sort_unstable();

@@ -38,7 +38,7 @@ impl Flattener<'_, '_> {
         }
         let read: &[_] = if self.pass == Pass::Equations { algorithms } else { &[] };
         for section in read {
-            let named = self.tree.parts_in_algorithm(section, scope);
+            let named = self.scopes.parts_in_algorithm(section, scope);
             let section = named.as_ref().unwrap_or(section);
             let statements = self.elaborator(scope, None).statements(&section.statements);
             self.algorithm(&statements, section.initial, section.span, scope);
@@ -48,7 +48,7 @@ impl Flattener<'_, '_> {
                 if self.pass == Pass::Connections && !connects(equation) {
                     continue;
                 }
-                let named = self.tree.parts_in_equation(equation, scope);
+                let named = self.scopes.parts_in_equation(equation, scope);
                 let typed = self.elaborator(scope, None).equation(named.as_ref().unwrap_or(equation));
                 self.equation(&typed, scope, &Loops::default(), section.initial);
             }
@@ -214,7 +214,7 @@ impl Flattener<'_, '_> {
                 return Err(self.error(Code::TypeMismatch, target.span, message));
             };
             for (name, inner) in fields {
-                let Some(&child) = self.tree.instances[variable.last()].by_name.get(name) else {
+                let Some(&child) = self.scopes.instances[variable.last()].by_name.get(name) else {
                     return Err(self.no_field(target.span, name));
                 };
                 let part = self.component_of(target, variable, child);

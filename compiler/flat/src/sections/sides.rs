@@ -94,7 +94,7 @@ impl Flattener<'_, '_> {
         }
         for expr in exprs {
             let Form::Variable(variable) = &expr.kind else { continue };
-            let declared = &self.tree.instances[variable.last()];
+            let declared = &self.scopes.instances[variable.last()];
             let (kind, help) = match declared.variability {
                 Declared::Constant => ("constant", "its value stands in the declaration or in a modification"),
                 Declared::Parameter => (

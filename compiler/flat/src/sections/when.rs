@@ -110,7 +110,7 @@ impl Flattener<'_, '_> {
         let name = format!("$when{number}.{}.{}", part.0 + 1, part.1 + 1);
         let first = self.made_boolean(name, &sizes, origin.clone());
         let start = self.context_of(scope);
-        let before = self.tree.table.messages.count();
+        let before = self.scopes.table.messages.count();
         self.with_loops(start, &mut |flat, cx| {
             flat.enter_all(cx, loops)?;
             let index: Vec<Affine> = element.iter().map(|&k| Affine::constant(k as i64)).collect();
@@ -120,6 +120,6 @@ impl Flattener<'_, '_> {
             flat.emit(Section::Discrete, left, value.node, &cx.loop_counts(), &origin);
             Ok(())
         });
-        (self.tree.table.messages.count() == before).then_some(first)
+        (self.scopes.table.messages.count() == before).then_some(first)
     }
 }

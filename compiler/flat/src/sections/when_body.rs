@@ -280,10 +280,7 @@ impl Flattener<'_, '_> {
             return;
         };
         let text = |left: &Expr, loops: &[&Iterator]| {
-            let ranges = loops.iter().map(|i| {
-                let range = i.range.as_ref().map(printed).unwrap_or_default();
-                format!(" for {} in {range}", i.name.name)
-            });
+            let ranges = loops.iter().map(|i| format!(" for {} in {}", i.name.name, printed(&i.range)));
             printed(left) + &ranges.collect::<String>()
         };
         let wanted = text(left, &part.loops);

@@ -77,7 +77,7 @@ impl Flattener<'_, '_> {
             && self.model.variables[block].variability == hyd_system::Variability::Continuous
         {
             self.model.variables[block].variability = hyd_system::Variability::Discrete;
-            self.tree.instances[inst].variability = Variability::Discrete;
+            self.scopes.found.variability.insert(inst, Variability::Discrete);
         }
     }
 
@@ -90,8 +90,8 @@ impl Flattener<'_, '_> {
     /// Reports a `reinit` of what cannot be a state.
     pub(crate) fn is_no_state(&mut self, state: &Expr) -> bool {
         let Some(variable) = state.variable() else { return false };
-        let instance = &self.tree.instances[variable.last()];
-        let (variability, declared) = (instance.variability, instance.span);
+        let (variability, declared) =
+            (self.scopes.variability(variable.last()), self.scopes.instances[variable.last()].span);
         if variability == Variability::Continuous {
             return false;
         }

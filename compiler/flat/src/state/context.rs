@@ -69,7 +69,10 @@ impl Local {
                 (name.clone(), ty.with_rank(ty.rank.saturating_sub(outer)))
             };
             let fields = fields.iter().map(field).collect();
-            Type { base: Base::Record(Rc::new(RecordType { name: String::new(), class: None, fields })), rank: outer }
+            Type {
+                base: Base::Record(Rc::new(RecordType { name: String::new(), class: None, inst: None, fields })),
+                rank: outer,
+            }
         };
         match self {
             Local::Index(_) => Type::scalar(ScalarType::Integer),
@@ -260,7 +263,10 @@ fn value_type(value: &Value) -> Type {
         }
         Value::Record(fields) => {
             let fields = fields.iter().map(|(name, value)| (name.clone(), value_type(value))).collect();
-            Type { base: Base::Record(Rc::new(RecordType { name: String::new(), class: None, fields })), rank: 0 }
+            Type {
+                base: Base::Record(Rc::new(RecordType { name: String::new(), class: None, inst: None, fields })),
+                rank: 0,
+            }
         }
     }
 }

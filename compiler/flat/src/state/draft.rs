@@ -121,11 +121,11 @@ impl Notes {
 impl Flattener<'_, '_> {
     /// Runs `body` as an attempt: what it makes is in the draft and nowhere else.
     pub(crate) fn attempt<T>(&mut self, body: impl FnOnce(&mut Self) -> T) -> (T, Draft) {
-        self.tree.table.messages.begin();
+        self.scopes.table.messages.begin();
         self.drafts.push(Draft::default());
         let outcome = body(self);
         let mut draft = self.drafts.pop().expect("invariant: pushed above, and attempts end in order");
-        draft.said = self.tree.table.messages.end();
+        draft.said = self.scopes.table.messages.end();
         (outcome, draft)
     }
 
@@ -137,7 +137,7 @@ impl Flattener<'_, '_> {
     /// Keeps what an attempt has made.
     pub(crate) fn keep(&mut self, draft: Draft) {
         let Draft { variables, scalars, equations, delays, messages, claims, notes, said } = draft;
-        self.tree.table.messages.report_all(said);
+        self.scopes.table.messages.report_all(said);
         let tables = self.tables();
         tables.variables.extend(variables);
         *tables.scalars += scalars;

@@ -4,7 +4,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_instance::external::{Object, TableFunction};
-use hyd_instance::{InstId, InstanceTree, Scope};
+use hyd_instance::{InstId, InstanceTree, Scope, Scopes};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::{BodyId, NodeId};
 use hyd_syntax::tree::Name;
@@ -43,7 +43,10 @@ pub(crate) enum Pass {
 
 /// Work in progress.
 pub(crate) struct Flattener<'t, 's> {
-    pub(crate) tree: &'t mut InstanceTree<'s>,
+    /// The components of the model, which stay as they are.
+    pub(crate) tree: &'t InstanceTree,
+    /// What names in their texts mean.
+    pub(crate) scopes: &'t mut Scopes<'s>,
     pub(crate) model: FlatModel,
     /// Block of each variable instance.
     pub(crate) blocks: FxHashMap<InstId, BlockId>,
@@ -105,12 +108,17 @@ pub(crate) struct Flattener<'t, 's> {
 
 impl Flattener<'_, '_> {
     pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
-        self.tree.table.report(diagnostic);
+        self.scopes.table.report(diagnostic);
     }
 
     pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) -> Fail {
         self.report(Diagnostic::error(code, message).at(span, ""));
         Fail::Reported
+    }
+
+    /// Says that what stands here is an array.
+    pub(crate) fn no_scalar(&mut self, span: Span) -> Fail {
+        self.error(Code::ArrayShape, span, "an array stands where a scalar is needed")
     }
 
     /// Says why something has no meaning.
@@ -124,7 +132,7 @@ impl Flattener<'_, '_> {
         if let Some(known) = self.paths.get(&inst) {
             return known.clone();
         }
-        let path: Arc<str> = hyd_instance::instance::path(&self.tree.instances, inst).into();
+        let path: Arc<str> = hyd_instance::instance::path(&self.scopes.instances, inst).into();
         self.paths.insert(inst, path.clone());
         path
     }
@@ -154,14 +162,14 @@ impl Flattener<'_, '_> {
     ) {
         self.begin_slots();
         let mut cx = start.clone();
-        let said = self.tree.table.messages.count();
+        let said = self.scopes.table.messages.count();
         match self.attempt(|flat| body(flat, &mut cx)) {
             (Ok(()) | Err(Fail::Reported | Fail::Opaque), draft) => self.keep(draft),
             (Err(Fail::NeedsExpansion), _) => self.expand(&start, Vec::new(), body),
             (Err(Fail::Split(counter, cut)), _) => {
                 for next in parts(&start, &cx, counter, cut) {
                     self.with_counters(next, body);
-                    if self.tree.table.messages.count() > said {
+                    if self.scopes.table.messages.count() > said {
                         return;
                     }
                 }
@@ -176,7 +184,7 @@ impl Flattener<'_, '_> {
         fixed: Vec<i64>,
         body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>,
     ) {
-        let said = self.tree.table.messages.count();
+        let said = self.scopes.table.messages.count();
         let mut cx = Context { fixed: Some(fixed.clone()), ..start.clone() };
         // Calls are made once for all values: their slots stay.
         if self.slots.calls.is_empty() {
@@ -186,7 +194,7 @@ impl Flattener<'_, '_> {
             (Ok(()) | Err(Fail::Reported | Fail::Opaque), draft) => self.keep(draft),
             (Err(Fail::NeedsExpansion), _) => {
                 if fixed.len() == cx.counts.len() {
-                    let span = self.tree.instances[start.scope.inst].span;
+                    let span = self.scopes.instances[start.scope.inst].span;
                     let _ = self.error(Code::NotStructural, span, "a subscript here cannot be computed before the run");
                     return;
                 }
@@ -195,7 +203,7 @@ impl Flattener<'_, '_> {
                     let mut next = fixed.clone();
                     next.push(window.first + window.stride * k);
                     self.expand(start, next, body);
-                    if self.tree.table.messages.count() > said {
+                    if self.scopes.table.messages.count() > said {
                         return;
                     }
                 }
@@ -203,7 +211,7 @@ impl Flattener<'_, '_> {
             (Err(Fail::Split(counter, cut)), _) => {
                 for next in parts(start, &cx, counter, cut) {
                     self.expand(&next, fixed.clone(), body);
-                    if self.tree.table.messages.count() > said {
+                    if self.scopes.table.messages.count() > said {
                         return;
                     }
                 }
@@ -218,8 +226,8 @@ impl Flattener<'_, '_> {
 
     /// Adds the counters of the arrays of components around the scope (call first inside `with_loops`).
     pub(crate) fn enter(&mut self, cx: &mut Context) {
-        for id in hyd_instance::instance::chain(&self.tree.instances, cx.scope.inst) {
-            let dims = self.tree.instances[id].dims.clone();
+        for id in hyd_instance::instance::chain(&self.scopes.instances, cx.scope.inst) {
+            let dims = self.scopes.instances[id].dims.clone();
             if !dims.is_empty() {
                 let own = dims.iter().map(|&d| cx.counter(d)).collect();
                 cx.implicit.push((id, own));

@@ -13,7 +13,7 @@ impl<'s> Flattener<'_, 's> {
     /// Types the text of a scope.
     pub(crate) fn elaborator(&mut self, scope: Scope, cx: Option<&Context>) -> Elaborator<'_, 's> {
         let locals = cx.map_or_else(Vec::new, |cx| cx.names.iter().map(|(n, local)| (n.clone(), local.ty())).collect());
-        Elaborator::new(self.tree, &mut self.typing, scope, locals)
+        Elaborator::new(self.scopes, &mut self.typing, scope, locals)
     }
 
     /// A text in a scope without local names.

@@ -40,7 +40,7 @@ impl Flattener<'_, '_> {
         };
         let Some(unit) = self.unit_of_constant(inst, k) else { return self.constant_value(span, value) };
         let name = self.path(inst);
-        Ok(self.quantity(*number, &unit, name, self.tree.instances[inst].span))
+        Ok(self.quantity(*number, &unit, name, self.scopes.instances[inst].span))
     }
 
     /// A number with a unit as a slot.
@@ -92,7 +92,7 @@ impl Flattener<'_, '_> {
     /// The unit a constant declares, unless it is that of a plain number.
     fn unit_of_constant(&mut self, inst: InstId, k: usize) -> Option<Arc<str>> {
         let applied = self.attribute(inst, "unit")?;
-        let value = self.tree.quietly(|tree| tree.evaluate_applied(&applied)).ok()?;
+        let value = self.scopes.quietly(|scopes| scopes.evaluate_applied(&applied)).ok()?;
         let all = value.flatten();
         match all.get(k).or(all.first()) {
             Some(Value::Text(text)) if !text.is_empty() && text.as_ref() != "1" => Some(text.clone()),
@@ -108,7 +108,7 @@ impl Flattener<'_, '_> {
         let mut found = Vec::new();
         for variable in &callee.variables {
             let scope = Scope { inst: callee.inst, frame: variable.frame };
-            if let Some(unit) = self.tree.declared_unit(scope, &variable.text) {
+            if let Some(unit) = self.scopes.declared_unit(scope, &variable.text) {
                 let (name, span) = (variable.name.name.clone(), variable.name.span);
                 found.push(Declared { name, direction: variable.direction, unit, span });
             }
@@ -152,7 +152,7 @@ impl Flattener<'_, '_> {
         let Some(units) = self.function_units.get(&function).cloned() else { return value };
         let Some(declared) = units.iter().find(|d| d.name == *name) else { return value };
         let what = if declared.direction == Some(Direction::Output) { "output" } else { "variable" };
-        let of = self.tree.instances[function].name.clone();
+        let of = self.scopes.instances[function].name.clone();
         let of = of.rsplit('.').next().unwrap_or(&of).to_string();
         self.claim(span, what, &of, declared, &value, cx);
         self.adopt(declared, value)
@@ -170,7 +170,7 @@ impl Flattener<'_, '_> {
         if !self.builders.is_empty() {
             return value;
         }
-        let Some(unit) = self.tree.declared_unit(scope, declaration) else { return value };
+        let Some(unit) = self.scopes.declared_unit(scope, declaration) else { return value };
         let (name, span_of) = (declaration.name.name.clone(), declaration.name.span);
         let declared = Declared { name, direction: None, unit, span: span_of };
         self.claim(span, "field", record, &declared, &value, cx);

@@ -23,14 +23,14 @@ impl Flattener<'_, '_> {
     /// The start value as declared, or as it is set from outside by the name of the variable and `.start`.
     pub(crate) fn start_of(&mut self, inst: InstId) -> Option<Applied> {
         let declared = self.attribute(inst, "start")?;
-        if self.tree.overrides.is_empty() {
+        if self.scopes.overrides.is_empty() {
             return Some(declared);
         }
         let path = self.path(inst);
         let is_meant = |set: &Override| set.path.strip_suffix(".start").is_some_and(|variable| *variable == *path);
-        let Some(set) = self.tree.overrides.iter_mut().rev().find(|set| is_meant(set)) else { return Some(declared) };
+        let Some(set) = self.scopes.overrides.iter_mut().rev().find(|set| is_meant(set)) else { return Some(declared) };
         set.used = true;
-        let (text, span) = (set.text.clone(), declared.tree.span.unwrap_or(self.tree.instances[inst].span));
+        let (text, span) = (set.text.clone(), declared.tree.span.unwrap_or(self.scopes.instances[inst].span));
         let wrong = |why: &str| format!("`{path}.start` cannot be set to `{text}`: {why}");
         let is_real = matches!(self.model.variables[self.blocks[&inst]].kind, ValueKind::Real);
         let message = match text.trim().parse::<f64>() {
@@ -51,25 +51,25 @@ impl Flattener<'_, '_> {
 
     /// A parameter whose value was set from outside and has been used.
     pub(crate) fn is_given(&mut self, inst: InstId) -> bool {
-        self.tree.overrides.iter().any(|o| o.used)
-            && self.tree.override_of(inst).is_some_and(|position| self.tree.overrides[position].used)
+        self.scopes.overrides.iter().any(|o| o.used)
+            && self.scopes.override_of(inst).is_some_and(|position| self.scopes.overrides[position].used)
     }
 
     /// Puts the values that were set from outside, and used, in the place of bindings.
     pub(crate) fn take_given_values(&mut self) {
         let mut given: Vec<(InstId, Vec<f64>)> = Vec::new();
         for inst in self.variable_instances() {
-            if let Some(position) = self.tree.override_of(inst)
+            if let Some(position) = self.scopes.override_of(inst)
                 && self.is_evaluated(inst)
             {
-                self.tree.overrides[position].used = true;
+                self.scopes.overrides[position].used = true;
             }
             if !self.is_given(inst) {
                 continue;
             }
-            let span = self.tree.instances[inst].span;
+            let span = self.scopes.instances[inst].span;
             // One that was refused has had its message.
-            let Ok(value) = self.tree.value_of(inst, span) else { continue };
+            let Ok(value) = self.scopes.value_of(inst, span) else { continue };
             let values: Vec<f64> = value.flatten().iter().filter_map(|v| v.as_stored()).collect();
             given.push((inst, values));
         }

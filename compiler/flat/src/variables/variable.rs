@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use hyd_index::TypedIndex;
 use hyd_instance::modifier::Applied;
-use hyd_instance::{InstId, Known, ScalarType, Value, sizes_text};
+use hyd_instance::{InstId, ScalarType, Value, sizes_text};
 use hyd_source::{Code, Diagnostic, Origin, Reported};
 use hyd_syntax::tree::{Direction, Variability as Declared};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
@@ -29,20 +29,20 @@ impl VariableBlock {
 impl Flattener<'_, '_> {
     /// Makes the variables of an instance and all below it.
     pub(crate) fn declare(&mut self, inst: InstId) {
-        if self.tree.instances[inst].absent {
+        if self.scopes.instances[inst].absent {
             return;
         }
-        if self.tree.instances[inst].primitive.is_some() {
+        if self.scopes.instances[inst].primitive.is_some() {
             self.declare_variable(inst);
             return;
         }
-        for child in self.tree.instances[inst].children.clone() {
+        for child in self.scopes.instances[inst].children.clone() {
             self.declare(child);
         }
     }
 
     pub(crate) fn declare_variable(&mut self, inst: InstId) {
-        let instance = &self.tree.instances[inst];
+        let instance = &self.scopes.instances[inst];
         let Some(primitive) = &instance.primitive else { return };
         let kind = match &primitive.scalar {
             ScalarType::Real => ValueKind::Real,
@@ -51,7 +51,7 @@ impl Flattener<'_, '_> {
             ScalarType::Enumeration(e) => ValueKind::Enumeration(e.literals.clone().into()),
             ScalarType::Text | ScalarType::Object => return,
         };
-        let variability = match instance.variability {
+        let variability = match self.scopes.variability(inst) {
             Declared::Constant => Variability::Constant,
             Declared::Parameter => Variability::Parameter,
             Declared::Discrete => Variability::Discrete,
@@ -106,8 +106,8 @@ impl Flattener<'_, '_> {
     pub(crate) fn name_pattern(&self, inst: InstId) -> NamePattern {
         let mut parts: Vec<(Arc<str>, Vec<u32>)> = Vec::new();
         let mut text = String::new();
-        for id in hyd_instance::instance::chain(&self.tree.instances, inst) {
-            let instance = &self.tree.instances[id];
+        for id in hyd_instance::instance::chain(&self.scopes.instances, inst) {
+            let instance = &self.scopes.instances[id];
             if instance.name.is_empty() {
                 continue;
             }
@@ -126,7 +126,7 @@ impl Flattener<'_, '_> {
     }
 
     pub(crate) fn attribute(&self, inst: InstId, name: &str) -> Option<Applied> {
-        let primitive = self.tree.instances[inst].primitive.as_ref()?;
+        let primitive = self.scopes.instances[inst].primitive.as_ref()?;
         primitive.attributes.iter().find(|(n, _)| n.as_ref() == name).map(|(_, a)| a.clone())
     }
 
@@ -171,7 +171,7 @@ impl Flattener<'_, '_> {
         for name in ["fixed", "min", "max", "nominal"] {
             let Some(applied) = self.attribute(inst, name) else { continue };
             let Ok(value) = self.attribute_value(name, &applied) else { continue };
-            let span = applied.tree.binding.as_ref().map_or(self.tree.instances[inst].span, |e| e.span);
+            let span = applied.tree.binding.as_ref().map_or(self.scopes.instances[inst].span, |e| e.span);
             for element in value.flatten() {
                 let number = element.as_real();
                 let limit = name == "min" || name == "max";
@@ -218,14 +218,14 @@ impl Flattener<'_, '_> {
 
     pub(crate) fn text_attribute(&mut self, inst: InstId, name: &str) -> Option<Arc<str>> {
         let applied = self.attribute(inst, name)?;
-        match self.tree.evaluate_applied(&applied).ok()? {
+        match self.scopes.evaluate_applied(&applied).ok()? {
             Value::Array(items) => match items.first().map(Value::flatten)?.first()? {
                 Value::Text(text) => Some(text.clone()),
                 _ => None,
             },
             Value::Text(text) => Some(text),
             other => {
-                let span = applied.tree.span.unwrap_or(self.tree.instances[inst].span);
+                let span = applied.tree.span.unwrap_or(self.scopes.instances[inst].span);
                 let _ = self.error(
                     Code::TypeMismatch,
                     span,
@@ -238,7 +238,7 @@ impl Flattener<'_, '_> {
 
     /// Value of an attribute at translation. A `nominal` value fixes no parameter that it is computed from.
     fn attribute_value(&mut self, name: &str, applied: &Applied) -> Result<Value, Reported> {
-        if name == "nominal" { self.tree.guess_applied(applied) } else { self.tree.evaluate_applied(applied) }
+        if name == "nominal" { self.scopes.guess_applied(applied) } else { self.scopes.evaluate_applied(applied) }
     }
 
     /// Values of an attribute known at translation, one per element of the whole block (one alone if the same for all).
@@ -257,7 +257,7 @@ impl Flattener<'_, '_> {
         if !flat.is_empty() && count.is_multiple_of(flat.len()) {
             return Some(flat.iter().cycle().take(count).cloned().collect());
         }
-        let span = applied.tree.span.unwrap_or(self.tree.instances[inst].span);
+        let span = applied.tree.span.unwrap_or(self.scopes.instances[inst].span);
         let _ = self.error(Code::ArrayShape, span, format!("`{name}` has {} values for {count} elements", flat.len()));
         None
     }
@@ -273,7 +273,7 @@ impl Flattener<'_, '_> {
             }
             self.applied_equation(inst, &applied, &expr, Section::Start, Kind::Start, false);
         }
-        let Some(primitive) = &self.tree.instances[inst].primitive else { return };
+        let Some(primitive) = &self.scopes.instances[inst].primitive else { return };
         let binding = primitive.binding.clone();
         let variability = self.model.variables[block].variability;
         // Its value comes at the end, with those that will only be asked for on the way.
@@ -309,8 +309,8 @@ impl Flattener<'_, '_> {
             return true;
         }
         let name = self.path(inst);
-        let declared = self.tree.instances[inst].span;
-        let constant = self.tree.instances[inst].variability <= Declared::Parameter;
+        let declared = self.scopes.instances[inst].span;
+        let constant = self.scopes.variability(inst) <= Declared::Parameter;
         let kind = if constant { "the parameter " } else { "" };
         let message = format!("the {what} of {kind}`{name}` changes during the run");
         self.report(Diagnostic::error(Code::NotStructural, message).at(expr.span, "").with(declared, "declared here"));
@@ -331,22 +331,22 @@ impl Flattener<'_, '_> {
             }
             return;
         }
-        if self.tree.overrides.iter().any(|o| set(&o.path)) {
+        if self.scopes.overrides.iter().any(|o| set(&o.path)) {
             return;
         }
-        let span = self.tree.instances[inst].span;
+        let span = self.scopes.instances[inst].span;
         let taken = match self.model.variables[self.blocks[&inst]].kind {
             ValueKind::Boolean => "false",
             ValueKind::Enumeration(_) => "the first literal",
             ValueKind::Real | ValueKind::Integer => "0",
         };
-        let (code, what) = match self.tree.instances[inst].direction {
+        let (code, what) = match self.scopes.instances[inst].direction {
             Some(Direction::Input) => (Code::OpenInput, format!("nothing gives the input `{name}` a value")),
             _ => (Code::NoValue, format!("the parameter `{name}` has no value")),
         };
         let message = Diagnostic::warning(code, format!("{what}; {taken} is taken"));
         let (above, own) = name.rsplit_once('.').unwrap_or(("", &name));
-        self.report(match self.tree.users_line(inst) {
+        self.report(match self.scopes.users_line(inst) {
             Some(component) => {
                 let message = message.at(component, "of this component").with(span, "declared here");
                 message.help(format!("give it a value: `{above}({own} = ...)`"))
@@ -368,12 +368,12 @@ impl Flattener<'_, '_> {
         let block = &self.model.variables[self.blocks[&inst]];
         let (first, origin) = (block.first, block.origin.clone());
         let origin = Origin { span: expr.span, ..origin };
-        let scalar = self.tree.instances[inst].primitive.as_ref().map(|p| p.scalar.clone());
+        let scalar = self.scopes.instances[inst].primitive.as_ref().map(|p| p.scalar.clone());
         self.with_loops(Context::new(applied.scope), &mut |flat, cx| {
             let mut offset = Affine::constant(0);
             let (mut index, mut parts) = (Vec::new(), Vec::new());
-            for id in hyd_instance::instance::chain(&flat.tree.instances, inst) {
-                let dims = flat.tree.instances[id].dims.clone();
+            for id in hyd_instance::instance::chain(&flat.scopes.instances, inst) {
+                let dims = flat.scopes.instances[id].dims.clone();
                 let own: Vec<Affine> = dims.iter().map(|&d| cx.counter(d)).collect();
                 for (affine, &size) in own.iter().zip(&dims) {
                     offset = scale(&offset, size).add_scaled(affine, 1).ok_or(Fail::NeedsExpansion)?;
@@ -381,7 +381,7 @@ impl Flattener<'_, '_> {
                 if applied.spread.contains(&id) || (binding && id == inst) {
                     index.extend(own.iter().cloned());
                 }
-                let part = flat.tree.instances[id].part_of.as_ref();
+                let part = flat.scopes.instances[id].part_of.as_ref();
                 if let Some((_, at)) = part.filter(|_| applied.spread.contains(&id)) {
                     parts.push((index.len(), id));
                     index.extend(at.iter().map(|&k| Affine::constant(k as i64)));
@@ -435,9 +435,9 @@ impl Flattener<'_, '_> {
             sizes_text(shape),
             sizes_text(&sizes)
         );
-        let in_array = self.tree.instances[inst].dims.len() < sizes.len();
+        let in_array = self.scopes.instances[inst].dims.len() < sizes.len();
         let help = (shape.is_empty() && in_array).then(|| "`each` gives the same value to all elements".to_string());
-        let span = self.tree.instances[inst].span;
+        let span = self.scopes.instances[inst].span;
         self.report(
             Diagnostic::error(Code::ArrayShape, message).at(expr.span, "").with(span, "declared here").maybe_help(help),
         );
@@ -453,17 +453,17 @@ impl Flattener<'_, '_> {
         parts: &[(usize, InstId)],
     ) -> Result<(), Fail> {
         for &(position, part) in parts {
-            let Some((array, at)) = self.tree.instances[part].part_of.clone() else { continue };
-            let dims = self.tree.instances[array].dims.clone();
+            let Some((array, at)) = self.scopes.instances[part].part_of.clone() else { continue };
+            let dims = self.scopes.instances[array].dims.clone();
             if shape.get(position..position + dims.len()) == Some(&dims[..]) {
                 continue;
             }
-            if at.iter().all(|&k| k == 0) && self.tree.instances[inst].known != Known::Failed {
-                let (name, found) = (self.tree.path_of_arrays(inst), &shape[position.min(shape.len())..]);
+            if at.iter().all(|&k| k == 0) && !self.scopes.has_failed(inst) {
+                let (name, found) = (self.scopes.path_of_arrays(inst), &shape[position.min(shape.len())..]);
                 let (found, wanted) = (sizes_text(found), sizes_text(&dims));
                 let message = format!("the value of `{name}` has the wrong size: {found} instead of {wanted}");
                 let help = shape.is_empty().then(|| "`each` gives the same value to all elements".to_string());
-                let declared = self.tree.instances[inst].span;
+                let declared = self.scopes.instances[inst].span;
                 let diagnostic = Diagnostic::error(Code::ArrayShape, message).at(expr.span, "");
                 self.report(diagnostic.with(declared, "declared here").maybe_help(help));
             }
@@ -477,11 +477,11 @@ impl Flattener<'_, '_> {
     pub(crate) fn settle(&mut self) {
         let list: Vec<(InstId, BlockId)> = self.blocks.iter().map(|(&i, &b)| (i, b)).collect();
         for (inst, block) in list {
-            let instance = &self.tree.instances[inst];
+            let instance = &self.scopes.instances[inst];
             let is_final = instance.final_record || instance.primitive.as_ref().is_some_and(|p| p.is_final);
             let unknown = self.model.variables[block].fixed == PerElement::All(false);
             if self.model.variables[block].variability == Variability::Parameter && !is_final && !unknown {
-                let is_used = matches!(instance.known, Known::Yes(_)) || self.is_evaluated(inst);
+                let is_used = self.scopes.has_value(inst) || self.is_evaluated(inst);
                 self.model.variables[block].settable = if is_used { Settable::Structural } else { Settable::Yes };
             }
         }
@@ -489,11 +489,11 @@ impl Flattener<'_, '_> {
 
     /// True for a parameter with `annotation(Evaluate = true)`, its own or that of a record around it (Modelica 3.6, section 18.3).
     pub(crate) fn is_evaluated(&self, inst: InstId) -> bool {
-        let around = hyd_instance::instance::chain(&self.tree.instances, inst);
-        around.into_iter().any(|id| {
-            let instance = &self.tree.instances[id];
-            instance.evaluate && instance.variability == Declared::Parameter
-        }) && !self.tree.is_set_by_element(inst)
+        let around = hyd_instance::instance::chain(&self.scopes.instances, inst);
+        around
+            .into_iter()
+            .any(|id| self.scopes.instances[id].evaluate && self.scopes.variability(id) == Declared::Parameter)
+            && !self.scopes.is_set_by_element(inst)
     }
 }
 

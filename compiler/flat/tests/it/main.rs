@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use hyd_flat::{FlatModel, Injection};
 use hyd_instance::{ClassTable, SourceText, Sources};
+use hyd_source::Outcome;
 
 /// No libraries.
 struct NoLibraries;
@@ -22,13 +23,13 @@ fn flat_with(text: &str, terms: &[Injection]) -> (FlatModel, Vec<String>) {
     let mut table = ClassTable::new(&mut sources);
     let classes = table.add_main("m.hyd", text);
     let class = *classes.last().expect("the text has a class");
-    let mut tree = match hyd_instance::instantiate(table, class, Vec::new()) {
-        Ok(tree) => tree,
+    let (tree, mut scopes) = match hyd_instance::instantiate(table, class, Vec::new()) {
+        Ok(instantiated) => instantiated,
         Err(table) => panic!("{:?}", table.messages),
     };
-    let flat = hyd_flat::flatten_with(&mut tree, terms);
+    let Outcome { value: flat, diagnostics } = hyd_flat::flatten(&tree, &mut scopes, terms, &[]);
     assert_eq!(hyd_flat::verify(&flat), Ok(()));
-    (flat, tree.table.messages.into_given().into_iter().map(|said| said.message).collect())
+    (flat, scopes.table.messages.into_given().into_iter().chain(diagnostics).map(|said| said.message).collect())
 }
 
 /// The printed flat model of `model M` with this body and terms; there must be no messages.

@@ -2,64 +2,65 @@
 
 use hyd_syntax::tree::BinaryOp;
 
-use super::Builtin;
+use super::elements::Element;
+use super::{Builtin, SizeFault, SizesOf};
 use crate::instantiation::work::volume;
 use crate::values::value::{Value, binary};
 
-/// The value of a function that rearranges arrays; `None` if it is another one or the arguments do not fit.
+/// Arguments that are values.
+struct Given<'a>(&'a [Value]);
+
+impl SizesOf for Given<'_> {
+    type Fail = ();
+
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn sizes(&mut self, k: usize) -> Result<Vec<usize>, ()> {
+        Ok(self.0[k].shape())
+    }
+
+    fn number(&mut self, k: usize) -> Result<usize, ()> {
+        self.0[k].as_integer().and_then(|k| usize::try_from(k).ok()).ok_or(())
+    }
+
+    fn fault(&mut self, _: SizeFault) {}
+}
+
+/// The value of `identity` or of a function that rearranges arrays; `None` if it is another one or the arguments do not fit.
 pub(super) fn array_function(function: Builtin, values: &[Value]) -> Option<Value> {
     match (function, values) {
-        (Builtin::Diagonal, [Value::Array(v)]) => {
-            volume(&[v.len(), v.len()])?;
-            let row = |i: usize| {
-                Value::array((0..v.len()).map(|j| if i == j { v[i].clone() } else { Value::Integer(0) }).collect())
-            };
-            Some(Value::array((0..v.len()).map(row).collect()))
+        // An array without rows has lost its other sizes.
+        (Builtin::Cat, [k, rest @ ..]) => concatenate(usize::try_from(k.as_integer()? - 1).ok()?, rest),
+        (Builtin::Symmetric, [Value::Array(rows)]) if rows.is_empty() => Some(values[0].clone()),
+        _ => {
+            let sizes = function.sizes(&mut Given(values)).ok()?;
+            volume(&sizes)?;
+            elements(function, values, &sizes, &mut Vec::with_capacity(sizes.len()))
         }
-        (Builtin::Cat, [k, rest @ ..]) => {
-            let k = usize::try_from(k.as_integer()? - 1).ok()?;
-            concatenate(k, rest)
+    }
+}
+
+/// The elements whose index begins with `at`.
+fn elements(function: Builtin, values: &[Value], sizes: &[usize], at: &mut Vec<usize>) -> Option<Value> {
+    if let Some(&size) = sizes.get(at.len()) {
+        let mut items = Vec::with_capacity(size);
+        for k in 0..size {
+            at.push(k);
+            items.push(elements(function, values, sizes, at)?);
+            at.pop();
         }
-        (Builtin::Vector, [value]) => {
-            let long = value.shape().iter().filter(|&&size| size > 1).count();
-            (long <= 1).then(|| Value::array(value.flatten().into_iter().cloned().collect()))
-        }
-        (Builtin::Matrix, [value]) => promoted(value, 2),
-        (Builtin::Scalar, [value]) => match value.flatten().as_slice() {
-            [only] => Some((*only).clone()),
-            _ => None,
-        },
-        (Builtin::Transpose, [Value::Array(rows)]) => {
-            let columns = value_row(rows.first()?)?.len();
-            let column = |j: usize| rows.iter().map(|r| value_row(r)?.get(j).cloned()).collect::<Option<_>>();
-            (0..columns).map(|j| column(j).map(Value::array)).collect::<Option<_>>().map(Value::array)
-        }
-        (Builtin::Symmetric, [Value::Array(rows)]) => {
-            let at = |i: usize, j: usize| value_row(rows.get(i.min(j))?)?.get(i.max(j)).cloned();
-            let n = rows.len();
-            let row = |i: usize| (0..n).map(|j| at(i, j)).collect::<Option<_>>().map(Value::array);
-            (0..n).map(row).collect::<Option<_>>().map(Value::array)
-        }
-        (Builtin::OuterProduct, [Value::Array(a), b @ Value::Array(row)]) => {
-            volume(&[a.len(), row.len()])?;
-            a.iter().map(|x| binary(BinaryOp::Mul, x, b)).collect::<Option<_>>().map(Value::array)
-        }
-        (Builtin::Cross, [Value::Array(x), Value::Array(y)]) if x.len() == 3 && y.len() == 3 => {
-            let minor = |i: usize, j: usize| {
-                binary(BinaryOp::Sub, &binary(BinaryOp::Mul, &x[i], &y[j])?, &binary(BinaryOp::Mul, &x[j], &y[i])?)
-            };
-            Some(Value::array(vec![minor(1, 2)?, minor(2, 0)?, minor(0, 1)?]))
-        }
-        (Builtin::Skew, [Value::Array(x)]) if x.len() == 3 => {
-            let (zero, minus) = (Value::Integer(0), |k: usize| x[k].negate());
-            let rows = [
-                vec![zero.clone(), minus(2)?, x[1].clone()],
-                vec![x[2].clone(), zero.clone(), minus(0)?],
-                vec![minus(1)?, x[0].clone(), zero],
-            ];
-            Some(Value::array(rows.map(Value::array).to_vec()))
-        }
-        _ => None,
+        return Some(Value::array(items));
+    }
+    let of = |k: usize, at: &[usize]| at.iter().try_fold(&values[k], |value, &k| value_row(value)?.get(k));
+    let product = |a: &[usize], b: &[usize]| binary(BinaryOp::Mul, of(0, a)?, of(1, b)?);
+    match function.element(&mut Given(values), at.as_slice()).ok()?? {
+        Element::Number(k) => Some(Value::Integer(k)),
+        Element::Of(k, at) => of(k, &at).cloned(),
+        Element::Minus(at) => of(0, &at)?.negate(),
+        Element::Product(a, b) => product(&a, &b),
+        Element::Minor(j, k) => binary(BinaryOp::Sub, &product(&[j], &[k])?, &product(&[k], &[j])?),
     }
 }
 

@@ -1,9 +1,10 @@
 //! Functions and operators of the language: their names, their arguments, and how the sizes of their results follow.
 //!
 //! One table for all who ask (Modelica 3.6, sections 3.7, 10.3 and 12.2).  What they are on values known at translation stands in
-//! [`values`], what sizes they give in [`sizes`].
+//! [`values`], what sizes they give in [`sizes`], which elements arrays are put together of in [`elements`].
 
 mod arrays;
+mod elements;
 mod sizes;
 mod values;
 
@@ -11,6 +12,7 @@ use hyd_syntax::tree::ComponentRef;
 use hyd_system::math::Function;
 
 pub(crate) use arrays::matrix;
+pub use elements::{Element, Place};
 pub use sizes::{SizeFault, SizesOf, sizes_text};
 pub(crate) use values::value;
 

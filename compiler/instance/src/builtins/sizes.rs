@@ -102,7 +102,10 @@ impl Builtin {
                 sizes.extend(nth(arguments, 0)?);
                 Ok(sizes)
             }
-            Identity => Ok(numbers(arguments, 0)?.iter().flat_map(|&n| [n, n]).collect()),
+            Identity => match arguments.count() {
+                1 => arguments.number(0).map(|n| vec![n, n]),
+                given => Err(arguments.fault(SizeFault::Count(1, given))),
+            },
             Linspace if arguments.count() > 2 => Ok(vec![arguments.number(2)?]),
             Size if arguments.count() == 1 => Ok(vec![arguments.sizes(0)?.len()]),
             Min | Max if arguments.count() == 1 => Ok(Vec::new()),

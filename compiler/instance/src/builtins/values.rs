@@ -37,11 +37,7 @@ pub(crate) fn value(function: Builtin, values: &[Value]) -> Option<Value> {
         Builtin::Zeros => return filled(Value::Integer(0), values),
         Builtin::Ones => return filled(Value::Integer(1), values),
         Builtin::Fill => return filled(values.first()?.clone(), values.get(1..)?),
-        Builtin::Identity => {
-            let n = usize::try_from(integer(0)?).ok().filter(|&n| volume(&[n, n]).is_some())?;
-            let row = |i: usize| Value::array((0..n).map(|j| Value::Integer(i64::from(i == j))).collect());
-            return Some(Value::array((0..n).map(row).collect()));
-        }
+        Builtin::Identity => return array_function(function, values),
         Builtin::Linspace => {
             let (a, b, n) = (real(0)?, real(1)?, integer(2)?);
             let count = usize::try_from(n).ok().filter(|&c| (2..=MAX_VALUES).contains(&c))?;

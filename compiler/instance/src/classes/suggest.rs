@@ -7,7 +7,7 @@ use hyd_syntax::tree::{ComponentRef, Ident, ImportKind, Name};
 use crate::classes::class::{ClassId, ClassTable, imports, nested_classes};
 use crate::classes::heir::Level;
 use crate::instantiation::instance::Scope;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
 /// Most full names that a suggestion lists.
 const MOST: usize = 3;
@@ -145,7 +145,7 @@ impl ClassTable<'_> {
     }
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Components that can be named from a scope.
     fn names_from(&self, scope: Scope) -> Vec<Name> {
         let instance = &self.instances[scope.inst];

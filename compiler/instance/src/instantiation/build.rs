@@ -3,11 +3,10 @@
 //! For every component: gather the modifications that speak of it (outermost first), replace its class if it is
 //! redeclared, evaluate its condition and sizes, then do the same inside (Modelica 3.6, sections 5.6 and 7).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic, Reported};
 use hyd_syntax::tree::{ClassKind, Component, Element};
 use rustc_hash::FxHashMap;
@@ -15,38 +14,41 @@ use rustc_hash::FxHashMap;
 use crate::classes::class::{ClassId, ClassTable, elements};
 use crate::classes::modifier::{Applied, Mods, Redeclare, of_child, redeclaration};
 use crate::classes::shape::{Shape, ShapeElement};
-use crate::instantiation::instance::{InstId, Scope};
-use crate::instantiation::tree::{InstanceTree, Override};
+use crate::instantiation::instance::{InstId, Instance, Scope};
+use crate::instantiation::scopes::{Found, Override, Scopes};
+use crate::instantiation::tree::{InstanceTree, Instances};
+
+/// What instantiation gives: the components of a model, and what names in their texts mean.
+pub type Instantiated<'s> = (Rc<InstanceTree>, Scopes<'s>);
 
 /// Instantiates a model.  `Err` gives the table back with its messages.
 pub fn instantiate<'s>(
     table: ClassTable<'s>,
     class: ClassId,
     overrides: Vec<Override>,
-) -> Result<InstanceTree<'s>, Box<ClassTable<'s>>> {
+) -> Result<Instantiated<'s>, Box<ClassTable<'s>>> {
     instantiate_apart(table, class, overrides, BTreeSet::new())
 }
 
-/// The same with the arrays of components at these paths made element by element (see [`InstanceTree::differing`]).
+/// The same with the arrays of components at these paths made element by element (see [`Scopes::differing`]).
 pub fn instantiate_apart<'s>(
-    table: ClassTable<'s>,
+    mut table: ClassTable<'s>,
     class: ClassId,
     overrides: Vec<Override>,
     apart: BTreeSet<String>,
-) -> Result<InstanceTree<'s>, Box<ClassTable<'s>>> {
-    let mut tree = InstanceTree {
+) -> Result<Instantiated<'s>, Box<ClassTable<'s>>> {
+    let Ok(root) = root_of(&mut table, class) else { return Err(Box::new(table)) };
+    let mut scopes = Scopes {
         table,
-        instances: IndexVec::new(),
-        root: InstId(0),
+        instances: Instances::of_root(root),
         overrides,
-        connection_rules: BTreeMap::new(),
-        connected: None,
-        rooting: None,
+        found: Found::default(),
+        known: FxHashMap::default(),
         packages: FxHashMap::default(),
         enumerations: FxHashMap::default(),
         constructors: FxHashMap::default(),
         declared_names: FxHashMap::default(),
-        make_element: InstanceTree::instantiate_element,
+        make_element: Scopes::instantiate_element,
         depth: 0,
         open_values: Vec::new(),
         evaluating: 0,
@@ -58,37 +60,38 @@ pub fn instantiate_apart<'s>(
         differing: BTreeSet::new(),
         values_for_parts: FxHashMap::default(),
     };
-    let def = tree.table.class(class).def.clone();
+    // What is wrong with a component has been said.
+    let _ = scopes.instantiate_members(scopes.instances.tree().root, &Vec::new(), 0);
+    scopes.expand_connectors();
+    scopes.name_parts_in_bindings();
+    if scopes.too_many { Err(Box::new(scopes.table)) } else { Ok((scopes.instances.tree().clone(), scopes)) }
+}
+
+/// The top of a model without its components.
+fn root_of(table: &mut ClassTable<'_>, class: ClassId) -> Result<Instance, Reported> {
+    let def = table.class(class).def.clone();
     if !matches!(def.kind, ClassKind::Model | ClassKind::Block | ClassKind::Class) {
         let kind = def.kind.keyword();
-        let message = format!("`{}` is a {kind} and cannot be simulated", tree.table.full_name(class));
-        tree.table.report(
+        let message = format!("`{}` is a {kind} and cannot be simulated", table.full_name(class));
+        table.report(
             Diagnostic::error(Code::Misplaced, message)
                 .at(def.name.span, "declared here")
                 .help("a model or a block can be"),
         );
-        return Err(Box::new(tree.table));
+        return Err(Reported);
     }
     if def.partial {
-        let message = format!("`{}` is partial and cannot be simulated by itself", tree.table.full_name(class));
-        tree.table.report(Diagnostic::error(Code::PartialClass, message).at(def.name.span, "declared partial here"));
-        return Err(Box::new(tree.table));
+        let message = format!("`{}` is partial and cannot be simulated by itself", table.full_name(class));
+        table.report(Diagnostic::error(Code::PartialClass, message).at(def.name.span, "declared partial here"));
+        return Err(Reported);
     }
-    let Ok(shape) = tree.table.shape(class) else { return Err(Box::new(tree.table)) };
-    let root = tree.new_instance("".into(), None, def.name.span);
-    tree.root = root;
-    let instance = &mut tree.instances[root];
-    instance.class = Some(class);
-    instance.shape = Some(shape);
-    instance.kind = def.kind;
-    instance.description = def.description.clone();
-    let _ = tree.instantiate_members(root, &Vec::new(), 0);
-    tree.expand_connectors();
-    tree.name_parts_in_bindings();
-    if tree.too_many { Err(Box::new(tree.table)) } else { Ok(tree) }
+    let shape = table.shape(class)?;
+    let root = Instance::new("".into(), None, def.name.span);
+    let description = def.description.clone();
+    Ok(Instance { class: Some(class), shape: Some(shape), kind: def.kind, description, ..root })
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Makes all components of an instance whose class is set.  Errors are reported; the rest is still made.
     /// The first `outside` modifications stand outside of the class: they cannot reach protected elements.
     pub(crate) fn instantiate_members(&mut self, inst: InstId, mods: &Mods, outside: usize) -> Result<(), Reported> {

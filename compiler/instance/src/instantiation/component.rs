@@ -10,8 +10,8 @@ use hyd_syntax::tree::{Argument, ClassBody, ClassKind, Component, Expr, ExprKind
 use crate::classes::class::ClassId;
 use crate::classes::modifier::{Applied, Mods};
 use crate::classes::shape::{Shape, ShapeElement};
-use crate::instantiation::instance::{InstId, LocalClass, ScalarType, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::instance::{InstId, Instance, LocalClass, ScalarType, Scope};
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 use crate::values::evaluate::Env;
 use crate::values::value::Value;
@@ -31,7 +31,7 @@ fn is_evaluated(annotation: &Modification) -> bool {
 /// Deepest nesting of components.
 const MAX_DEPTH: usize = 100;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     pub(crate) fn make(
         &mut self,
         parent: InstId,
@@ -56,16 +56,16 @@ impl InstanceTree<'_> {
             Some(condition) => !self.condition(condition, scope)?,
             None => false,
         };
-        let inst = self.new_instance(name.clone(), Some(parent), declaration.name.span);
+        let inst = self.instances.add(Instance::new(name.clone(), Some(parent), declaration.name.span));
         self.fill(inst, parent, declaration);
         let frames = self.instances[parent].shape.as_ref().map(|shape| shape.frames[element.frame as usize].protected);
-        self.instances[inst].protected |= frames.unwrap_or(false);
-        self.instances[inst].absent = absent;
-        self.instances[parent].children.push(inst);
+        self.instances.edit(inst).protected |= frames.unwrap_or(false);
+        self.instances.edit(inst).absent = absent;
+        self.instances.edit(parent).children.push(inst);
         if declaration.prefixes.outer {
-            self.instances[parent].own_inner.insert(name, inst);
+            self.instances.edit(parent).own_inner.insert(name, inst);
         } else {
-            self.instances[parent].by_name.insert(name, inst);
+            self.instances.edit(parent).by_name.insert(name, inst);
         }
         if absent {
             return Ok(());
@@ -79,17 +79,16 @@ impl InstanceTree<'_> {
             // Only classes that extend it have a constructor.
             TypeOf::Scalar(ScalarType::Object) => {
                 let message = "`ExternalObject` is partial and cannot be the class of a component".to_string();
-                self.table.report(Diagnostic::error(Code::PartialClass, message).at(declaration.class.span, ""));
-                Err(Reported)
+                Err(self.error(Code::PartialClass, declaration.class.span, message))
             }
             TypeOf::Scalar(scalar) => {
-                self.instances[inst].dims = dims;
+                self.instances.edit(inst).dims = dims;
                 self.make_variable(inst, scalar, &mods, declaration.prefixes.is_final);
                 self.check_size(inst)
             }
             TypeOf::Class(local, shape) => {
                 dims.extend(self.alias_sizes(&local, &shape)?);
-                self.instances[inst].dims = dims;
+                self.instances.edit(inst).dims = dims;
                 self.check_size(inst)?;
                 if self.is_made_apart(inst, &local) {
                     return self.make_parts(inst, &local, &shape, &mods, declaration);
@@ -102,7 +101,7 @@ impl InstanceTree<'_> {
     pub(crate) fn fill(&mut self, inst: InstId, parent: InstId, declaration: &Component) {
         let (above, protected) = (self.instances[parent].variability, self.instances[parent].protected);
         let final_record = self.instances[parent].final_record;
-        let instance = &mut self.instances[inst];
+        let instance = self.instances.edit(inst);
         instance.variability = declaration.variability.min(above);
         instance.protected = declaration.prefixes.protected || protected;
         instance.flow = declaration.flow;
@@ -137,7 +136,7 @@ impl InstanceTree<'_> {
                 self.instantiate_element(above, k, &outer)?;
             }
             if let Some(found) = self.inner_named(above, name) {
-                self.instances[parent].by_name.insert(name.clone(), found);
+                self.instances.edit(parent).by_name.insert(name.clone(), found);
                 return Ok(found);
             }
             current = self.instances[above].parent;
@@ -166,8 +165,7 @@ impl InstanceTree<'_> {
             Value::Boolean(value) => Ok(value),
             other => {
                 let message = format!("the condition of a component must be Boolean, not {}", other.type_name());
-                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(condition.span, ""));
-                Err(Reported)
+                Err(self.error(Code::TypeMismatch, condition.span, message))
             }
         }
     }
@@ -189,11 +187,11 @@ impl InstanceTree<'_> {
             (Some(name), None) => Some(ScalarType::of_builtin(name)),
             (None, None) => None,
         };
-        self.instances[inst].class = Some(local.class);
-        self.instances[inst].context = local.context;
+        self.instances.edit(inst).class = Some(local.class);
+        self.instances.edit(inst).context = local.context;
         let def = self.table.class(local.class).def.clone();
         if let Some(scalar) = scalar {
-            let scope = self.package_instance(&local)?;
+            let scope = self.package_of(&local)?;
             for frame in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
                 mods.push(Applied {
                     tree: frame.1.clone(),
@@ -202,18 +200,18 @@ impl InstanceTree<'_> {
                 });
             }
             if matches!(def.kind, ClassKind::Connector) {
-                self.instances[inst].kind = ClassKind::Connector;
+                self.instances.edit(inst).kind = ClassKind::Connector;
             }
             self.short_prefixes(inst, &shape);
             self.make_variable(inst, scalar, &mods, declaration.prefixes.is_final);
             return Ok(());
         }
         self.check_class(inst, local.class, declaration)?;
-        self.instances[inst].kind = def.kind;
-        self.instances[inst].expandable = def.expandable;
-        self.instances[inst].final_record |= declaration.prefixes.is_final && def.kind == ClassKind::Record;
+        self.instances.edit(inst).kind = def.kind;
+        self.instances.edit(inst).expandable = def.expandable;
+        self.instances.edit(inst).final_record |= declaration.prefixes.is_final && def.kind == ClassKind::Record;
         self.take_apart(&local, &mut mods, outside, &shape)?;
-        self.instances[inst].shape = Some(shape);
+        self.instances.edit(inst).shape = Some(shape);
         self.depth += 1;
         let result = self.instantiate_members(inst, &mods, outside);
         self.depth -= 1;
@@ -223,7 +221,7 @@ impl InstanceTree<'_> {
     pub(crate) fn short_prefixes(&mut self, inst: InstId, shape: &Rc<Shape>) {
         for frame in &shape.frames {
             if let ClassBody::Short { direction: Some(direction), .. } = &self.table.class(frame.class).def.body {
-                self.instances[inst].direction = Some(*direction);
+                self.instances.edit(inst).direction = Some(*direction);
             }
         }
     }
@@ -268,8 +266,7 @@ impl InstanceTree<'_> {
         }
         if self.depth >= MAX_DEPTH {
             let message = format!("components are nested deeper than {MAX_DEPTH} levels");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::Limit, span, message));
         }
         Ok(())
     }

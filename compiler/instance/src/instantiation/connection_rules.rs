@@ -7,7 +7,8 @@ use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{Argument, ElementModification, Expr, ExprKind, Modification, Name};
 
 use crate::instantiation::instance::InstId;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
+use crate::instantiation::tree::Instances;
 
 /// The name under which the annotations of this tool stand.
 pub const VENDOR: &str = "__hyd";
@@ -56,7 +57,7 @@ impl ConnectionRules {
     }
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Keeps what the annotation of an instance's declaration says of connections.
     pub(crate) fn note_connection_rules(&mut self, inst: InstId, annotation: &Modification) {
         let mut rules = ConnectionRules::default();
@@ -72,8 +73,9 @@ impl InstanceTree<'_> {
                 _ => {}
             }
         }
-        if rules != ConnectionRules::default() {
-            self.connection_rules.insert(inst, rules);
+        // A constant of a package is connected to nothing.
+        if rules != ConnectionRules::default() && !Instances::is_of_package(inst) {
+            self.instances.tree_mut().connection_rules.insert(inst, rules);
         }
     }
 

@@ -8,16 +8,16 @@ use hyd_syntax::tree::Component;
 
 use crate::classes::modifier::{Applied, AstMod, Mods};
 use crate::instantiation::instance::{ScalarType, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 use crate::values::evaluate::Env;
 use crate::values::value::Value;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The `unit` of a Real declaration, read in `scope`; `None` if it gives none.  Mistakes on the way are not reported here:
     /// whoever reads the declaration for its value does that.
     pub fn declared_unit(&mut self, scope: Scope, declaration: &Component) -> Option<Arc<str>> {
-        let unit = self.quietly(|tree| tree.read_unit(scope, declaration));
+        let unit = self.quietly(|scopes| scopes.read_unit(scope, declaration));
         unit.filter(|text| !text.is_empty())
     }
 
@@ -30,7 +30,7 @@ impl InstanceTree<'_> {
                 return None;
             }
             mods.extend(local.mods.iter().cloned());
-            let inst = self.package_instance(&local).ok()?;
+            let inst = self.package_of(&local).ok()?;
             for (frame, tree) in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
                 let scope = Scope { inst, frame: *frame };
                 mods.push(Applied { tree: tree.clone(), scope, spread: Vec::new() });

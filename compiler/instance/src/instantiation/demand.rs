@@ -8,9 +8,9 @@ use hyd_syntax::tree::{ClassKind, Name};
 
 use crate::classes::modifier::Mods;
 use crate::instantiation::instance::{InstId, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// A component of the scope's instance, visible from its frame; made now if its turn has not come yet.
     pub(crate) fn component_of(&mut self, scope: Scope, name: &Name) -> Result<Option<InstId>, Reported> {
         let instance = &self.instances[scope.inst];

@@ -7,8 +7,8 @@
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{ClassBody, ClassKind, ComponentRef, Equation, EquationKind, Name};
 
-use crate::instantiation::instance::{InstId, Primitive};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::instance::{InstId, Instance, Primitive};
+use crate::instantiation::scopes::Scopes;
 
 /// A `connect` in a component.
 struct Connect {
@@ -26,10 +26,10 @@ enum Side {
     Other,
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Adds what is connected to expandable connectors to them.
     pub(crate) fn expand_connectors(&mut self) {
-        if !self.instances.iter().any(|instance| instance.expandable) {
+        if !self.instances.tree().components.iter().any(|instance| instance.expandable) {
             return;
         }
         let connects = self.connects();
@@ -56,7 +56,7 @@ impl InstanceTree<'_> {
 
     fn connects(&self) -> Vec<Connect> {
         let mut found = Vec::new();
-        for inst in self.instances.indices() {
+        for inst in self.instances.tree().components.indices() {
             let instance = &self.instances[inst];
             if instance.kind == ClassKind::Package || instance.absent {
                 continue;
@@ -120,9 +120,9 @@ impl InstanceTree<'_> {
     /// Makes an element of a bus like a connector.
     fn copy_connector(&mut self, of: InstId, parent: InstId, name: &Name, dims: Vec<usize>) {
         let span = self.instances[of].span;
-        let copy = self.new_instance(name.clone(), Some(parent), span);
+        let copy = self.instances.add(Instance::new(name.clone(), Some(parent), span));
         let source = self.instances[of].clone();
-        let target = &mut self.instances[copy];
+        let target = self.instances.edit(copy);
         target.class = source.class;
         target.context = source.context;
         target.shape = source.shape;
@@ -135,8 +135,8 @@ impl InstanceTree<'_> {
         target.expandable = source.expandable;
         target.description = source.description;
         target.primitive = source.primitive.map(|primitive| Primitive { binding: None, is_final: false, ..primitive });
-        self.instances[parent].children.push(copy);
-        self.instances[parent].by_name.insert(name.clone(), copy);
+        self.instances.edit(parent).children.push(copy);
+        self.instances.edit(parent).by_name.insert(name.clone(), copy);
         for child in source.children {
             if !self.instances[child].absent {
                 let (name, dims) = (self.instances[child].name.clone(), self.instances[child].dims.clone());

@@ -6,7 +6,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use hyd_index::{IndexVec, typed_index};
+use hyd_index::typed_index;
 use hyd_source::Span;
 use hyd_syntax::tree::{ClassKind, Direction, Name, Variability};
 use rustc_hash::FxHashMap;
@@ -14,7 +14,8 @@ use rustc_hash::FxHashMap;
 use crate::classes::class::ClassId;
 use crate::classes::modifier::{Applied, Mods};
 use crate::classes::shape::Shape;
-use crate::values::value::{EnumType, Value};
+use crate::instantiation::tree::Instances;
+use crate::values::value::EnumType;
 
 typed_index!(
     /// A component instance (an array of components is one instance).
@@ -87,19 +88,6 @@ pub struct Primitive {
     pub binding: Option<Applied>,
     /// The binding is in the declaration itself or in a modification that says `final`.
     pub is_final: bool,
-}
-
-/// State of the value of a parameter asked for at translation.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Known {
-    /// Not asked for yet.
-    No,
-    /// Being computed (to see circles).
-    Open,
-    /// Computed: sizes of `spread` arrays of the binding first, own sizes after.
-    Yes(Value),
-    /// Could not be computed; a message has been given.
-    Failed,
 }
 
 /// A class as an instance sees it.
@@ -176,19 +164,49 @@ pub struct Instance {
     pub span: Span,
     /// For variables.
     pub primitive: Option<Primitive>,
-    /// Value known at translation.
-    pub known: Known,
+    /// It could not be made; a message has been given.
+    pub broken: bool,
 }
 
 impl Instance {
+    /// A component of which nothing is known yet.
+    pub(crate) fn new(name: Name, parent: Option<InstId>, span: Span) -> Self {
+        Self {
+            name,
+            parent,
+            class: None,
+            context: None,
+            shape: None,
+            kind: ClassKind::Type,
+            dims: Vec::new(),
+            parts: Vec::new(),
+            part_of: None,
+            children: Vec::new(),
+            by_name: FxHashMap::default(),
+            own_inner: FxHashMap::default(),
+            local_classes: FxHashMap::default(),
+            variability: Variability::Continuous,
+            flow: false,
+            stream: false,
+            expandable: false,
+            final_record: false,
+            direction: None,
+            protected: false,
+            inner: false,
+            evaluate: false,
+            absent: false,
+            description: None,
+            span,
+            primitive: None,
+            broken: false,
+        }
+    }
+
     /// True for an array, and for an element of one that is made for itself: values of modifications have its sizes in front.
     pub(crate) fn is_array(&self) -> bool {
         !self.dims.is_empty() || self.part_of.is_some()
     }
 }
-
-/// All instances.
-pub type Instances = IndexVec<InstId, Instance>;
 
 /// Full dotted path of an instance without subscripts, `""` for the root.
 pub fn path(instances: &Instances, id: InstId) -> String {

@@ -17,7 +17,7 @@ use crate::classes::modifier::{AstMod, Mods};
 use crate::classes::shape::{Shape, ShapeElement};
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
 use crate::instantiation::redeclare::applied_of;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::values::value::EnumType;
 
 /// What a reference names.
@@ -46,7 +46,7 @@ pub(crate) fn predefined_enumeration(name: &str) -> Option<Arc<EnumType>> {
 /// The level of what stands in no class.
 const TOP: usize = usize::MAX;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The class a name means in a scope, redeclarations included.
     pub fn find_class(&mut self, scope: Scope, path: &Path) -> Result<LocalClass, Reported> {
         let first = &path.parts[0];
@@ -280,7 +280,8 @@ impl InstanceTree<'_> {
             false => self.class_at(scope, &first.name, &mut depth),
         };
         // A package is not a value: a constant of that name further out is meant, and one further in hides it.
-        let is_package = |tree: &Self, local: &LocalClass| tree.table.class(local.class).def.kind == ClassKind::Package;
+        let is_package =
+            |scopes: &Self, local: &LocalClass| scopes.table.class(local.class).def.kind == ClassKind::Package;
         let within = match (reference.parts.len(), depth) {
             (1, _) => usize::MAX,
             // Nobody calls a constant like a library, and looking for one would be dear.
@@ -390,7 +391,7 @@ impl InstanceTree<'_> {
         if !shape.elements[k as usize].component {
             return Ok(None);
         }
-        let inst = self.package_instance(local)?;
+        let inst = self.package_of(local)?;
         if let Some(&known) = self.instances[inst].by_name.get(name) {
             return Ok(Some(known));
         }

@@ -4,10 +4,10 @@ use hyd_source::{Code, Diagnostic, Reported};
 use hyd_syntax::tree::Component;
 
 use crate::instantiation::instance::{InstId, ScalarType, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The `inner` element must be a subtype of what the `outer` declaration says.
     pub(crate) fn check_inner(&mut self, inner: InstId, declaration: &Component, scope: Scope) -> Result<(), Reported> {
         if self.is_broken(inner) {

@@ -17,7 +17,7 @@ use hyd_syntax::visit_mut::{VisitorMut, walk_equation_mut, walk_expr_mut, walk_r
 
 use crate::classes::modifier::{Applied, AstMod};
 use crate::instantiation::instance::{InstId, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::values::evaluate::Env;
 use crate::values::substitute::{Text, with_value};
 use crate::values::value::Value;
@@ -31,7 +31,7 @@ struct Elements {
     shape: Vec<usize>,
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// True if an array of components is made in parts, so that loops over it are written out.
     pub fn has_parts(&self) -> bool {
         !self.apart.is_empty()
@@ -52,8 +52,8 @@ impl InstanceTree<'_> {
             return None;
         }
         let mut copy = text.clone();
-        let named = self.quietly(|tree| {
-            let mut naming = Naming { tree, scope, hidden: Vec::new(), named: false };
+        let named = self.quietly(|scopes| {
+            let mut naming = Naming { scopes, scope, hidden: Vec::new(), named: false };
             walk(&mut naming, &mut copy);
             naming.named
         });
@@ -71,7 +71,7 @@ impl InstanceTree<'_> {
             let binding = binding.map(|applied| self.applied_named(applied));
             let attributes =
                 attributes.into_iter().map(|(name, applied)| (name, self.applied_named(applied))).collect();
-            if let Some(primitive) = &mut self.instances[inst].primitive {
+            if let Some(primitive) = &mut self.instances.edit(inst).primitive {
                 (primitive.binding, primitive.attributes) = (binding, attributes);
             }
         }
@@ -100,7 +100,7 @@ impl InstanceTree<'_> {
         if self.apart.is_empty() || !self.goes_through_parts(reference, scope) || self.names_parts(reference, scope) {
             return None;
         }
-        let elements = self.quietly(|tree| tree.elements_of_parts(reference, scope, env, false));
+        let elements = self.quietly(|scopes| scopes.elements_of_parts(reference, scope, env, false));
         let Elements { references, shape } = elements?;
         Some(nested(references, &shape, reference.span))
     }
@@ -111,10 +111,10 @@ impl InstanceTree<'_> {
         if self.apart.is_empty() {
             return first;
         }
-        self.follow(reference, scope, &mut |tree, array, k| {
+        self.follow(reference, scope, &mut |scopes, array, k| {
             let one = |span| Expr { kind: ExprKind::Integer(1), span };
-            first.parts[k].subscripts = vec![one(reference.span); tree.instances[array].dims.len()];
-            tree.instances[array].parts.first().copied()
+            first.parts[k].subscripts = vec![one(reference.span); scopes.instances[array].dims.len()];
+            scopes.instances[array].parts.first().copied()
         });
         first
     }
@@ -146,9 +146,9 @@ impl InstanceTree<'_> {
     /// True if a reference leads to parts of an array.
     fn goes_through_parts(&mut self, reference: &ComponentRef, scope: Scope) -> bool {
         let mut found = false;
-        self.follow(reference, scope, &mut |tree, array, _| {
+        self.follow(reference, scope, &mut |scopes, array, _| {
             found = true;
-            tree.instances[array].parts.first().copied()
+            scopes.instances[array].parts.first().copied()
         });
         found
     }
@@ -156,11 +156,11 @@ impl InstanceTree<'_> {
     /// True if the subscripts of all arrays made in parts are numbers.
     fn names_parts(&mut self, reference: &ComponentRef, scope: Scope) -> bool {
         let mut all = true;
-        self.follow(reference, scope, &mut |tree, array, k| {
+        self.follow(reference, scope, &mut |scopes, array, k| {
             let literal = |e: &Expr| matches!(e.kind, ExprKind::Integer(_));
             let subscripts = &reference.parts[k].subscripts;
             all &= !subscripts.is_empty() && subscripts.iter().all(literal);
-            tree.instances[array].parts.first().copied()
+            scopes.instances[array].parts.first().copied()
         });
         all
     }
@@ -277,7 +277,7 @@ fn breaks(statement: &Statement) -> bool {
 
 /// The way through a text.
 struct Naming<'t, 's> {
-    tree: &'t mut InstanceTree<'s>,
+    scopes: &'t mut Scopes<'s>,
     scope: Scope,
     /// Loop variables of loops that are not written out.
     hidden: Vec<Name>,
@@ -292,7 +292,7 @@ impl Naming<'_, '_> {
 
     /// The values of a loop variable, if they are known.
     fn values(&mut self, iterator: &Iterator) -> Option<Vec<Value>> {
-        let values = self.tree.evaluate(iterator.range.as_ref()?, self.scope, &Env::default()).ok()?.items();
+        let values = self.scopes.evaluate(iterator.range.as_ref()?, self.scope, &Env::default()).ok()?.items();
         (values.len() <= MAX_WRITTEN).then(|| values.to_vec())
     }
 
@@ -324,7 +324,7 @@ impl Naming<'_, '_> {
 
     /// True if a text leads to parts of an array.
     fn mentions_parts(&mut self, walk: impl FnOnce(&mut Mentions<'_, '_>)) -> bool {
-        let mut mentions = Mentions { tree: self.tree, scope: self.scope, own: self.hidden.clone(), found: false };
+        let mut mentions = Mentions { scopes: self.scopes, scope: self.scope, own: self.hidden.clone(), found: false };
         walk(&mut mentions);
         mentions.found
     }
@@ -344,17 +344,17 @@ impl Naming<'_, '_> {
     }
 
     fn elements(&mut self, reference: &ComponentRef) -> Option<Elements> {
-        self.tree.elements_of_parts(reference, self.scope, &Env::default(), true)
+        self.scopes.elements_of_parts(reference, self.scope, &Env::default(), true)
     }
 
     fn connects_parts(&mut self, reference: &ComponentRef) -> bool {
-        let whole = self.tree.component_at(reference, self.scope);
-        self.tree.goes_through_parts(reference, self.scope)
-            || whole.is_some_and(|inst| !self.tree.instances[inst].parts.is_empty())
+        let whole = self.scopes.component_at(reference, self.scope);
+        self.scopes.goes_through_parts(reference, self.scope)
+            || whole.is_some_and(|inst| !self.scopes.instances[inst].parts.is_empty())
     }
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The component that a reference ends at, the first part of arrays made in parts.
     fn component_at(&mut self, reference: &ComponentRef, scope: Scope) -> Option<InstId> {
         let mut current = self.component_of(scope, &reference.parts[0].name.name).ok().flatten()?;
@@ -380,7 +380,7 @@ impl VisitorMut for Naming<'_, '_> {
         walk_reference_mut(self, reference);
         // What is assigned is one element.
         if matches!(role, Role::Assigned | Role::Taken) && !self.is_own(reference) {
-            let named = self.tree.parts_named(reference, self.scope, &Env::default());
+            let named = self.scopes.parts_named(reference, self.scope, &Env::default());
             if let Some(ExprKind::Ref(named)) = named.map(|named| named.kind) {
                 *reference = named;
                 self.named = true;
@@ -391,10 +391,10 @@ impl VisitorMut for Naming<'_, '_> {
     fn expr(&mut self, expr: &mut Expr) {
         match &expr.kind {
             ExprKind::Ref(reference) if !self.is_own(reference) => {
-                if let Some(named) = self.tree.parts_named(reference, self.scope, &Env::default()) {
+                if let Some(named) = self.scopes.parts_named(reference, self.scope, &Env::default()) {
                     self.named = true;
                     *expr = named;
-                } else if self.tree.goes_through_parts(reference, self.scope) {
+                } else if self.scopes.goes_through_parts(reference, self.scope) {
                     self.named = true;
                 }
             }
@@ -454,7 +454,7 @@ impl VisitorMut for Naming<'_, '_> {
 
 /// Looks for references that lead to parts of an array.
 struct Mentions<'t, 's> {
-    tree: &'t mut InstanceTree<'s>,
+    scopes: &'t mut Scopes<'s>,
     scope: Scope,
     own: Vec<Name>,
     found: bool,
@@ -474,10 +474,10 @@ impl Visitor for Mentions<'_, '_> {
         let own = !reference.global && self.own.contains(&reference.parts[0].name.name);
         if role != Role::Called && !own {
             let connected = role == Role::Connected && {
-                let whole = self.tree.component_at(reference, self.scope);
-                whole.is_some_and(|inst| !self.tree.instances[inst].parts.is_empty())
+                let whole = self.scopes.component_at(reference, self.scope);
+                whole.is_some_and(|inst| !self.scopes.instances[inst].parts.is_empty())
             };
-            self.found = self.found || connected || self.tree.goes_through_parts(reference, self.scope);
+            self.found = self.found || connected || self.scopes.goes_through_parts(reference, self.scope);
         }
         walk_reference(self, reference);
     }

@@ -2,18 +2,18 @@
 
 use std::rc::Rc;
 
-use hyd_source::{Code, Diagnostic, Reported};
+use hyd_source::{Code, Reported};
 use hyd_syntax::tree::{ClassKind, Component};
 
 use crate::classes::modifier::Mods;
 use crate::classes::shape::Shape;
-use crate::instantiation::instance::{InstId, LocalClass, path};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::instance::{InstId, Instance, LocalClass, path};
+use crate::instantiation::scopes::Scopes;
 
 /// Most elements of an array that is made in parts.
 const MAX_PARTS: usize = 100_000;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// True if this array of components is to be made element by element; arrays of records are values, which have one type.
     pub(crate) fn is_made_apart(&self, inst: InstId, local: &LocalClass) -> bool {
         !self.apart.is_empty()
@@ -37,24 +37,24 @@ impl InstanceTree<'_> {
         let (name, span) = (self.instances[array].name.clone(), self.instances[array].span);
         if count > MAX_PARTS {
             let message = format!("the elements of `{name}` differ in structure, and there are more than {MAX_PARTS}");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::Limit, span, message));
         }
-        self.instances[array].shape = Some(shape.clone());
-        self.instances[array].class = Some(local.class);
-        self.instances[array].kind = self.table.class(local.class).def.kind;
-        self.instances[parent].children.retain(|&child| child != array);
+        self.instances.edit(array).shape = Some(shape.clone());
+        self.instances.edit(array).class = Some(local.class);
+        self.instances.edit(array).kind = self.table.class(local.class).def.kind;
+        self.instances.edit(parent).children.retain(|&child| child != array);
         let protected = self.instances[array].protected;
         let mut result = Ok(());
         for k in 0..count {
             let at = subscripts_of(k, &dims);
             let text: Vec<String> = at.iter().map(|k| (k + 1).to_string()).collect();
-            let part = self.new_instance(format!("{name}[{}]", text.join(",")).into(), Some(parent), span);
+            let part =
+                self.instances.add(Instance::new(format!("{name}[{}]", text.join(",")).into(), Some(parent), span));
             self.fill(part, parent, declaration);
-            self.instances[part].protected = protected;
-            self.instances[part].part_of = Some((array, at));
-            self.instances[array].parts.push(part);
-            self.instances[parent].children.push(part);
+            self.instances.edit(part).protected = protected;
+            self.instances.edit(part).part_of = Some((array, at));
+            self.instances.edit(array).parts.push(part);
+            self.instances.edit(parent).children.push(part);
             if self.make_component(part, local.clone(), shape.clone(), mods.clone(), declaration).is_err() {
                 result = Err(Reported);
             }

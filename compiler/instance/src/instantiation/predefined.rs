@@ -9,9 +9,9 @@ use hyd_syntax::tree::{ComponentRef, Name};
 
 use crate::builtins::Builtin;
 use crate::instantiation::instance::Scope;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The function or operator of the language that a call in this scope means; `None` where a declaration hides it.
     pub fn predefined(&mut self, scope: Scope, function: &ComponentRef) -> Option<Builtin> {
         let builtin = Builtin::named_by(function)?;

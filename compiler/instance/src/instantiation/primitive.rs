@@ -11,7 +11,7 @@ use hyd_syntax::tree::{ClassKind, Expr, ExprKind, Name, Variability};
 use crate::classes::modifier::{Applied, AstMod, Mods, of_child};
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Primitive, ScalarType, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
 /// What the outermost of these modifications says of a field, if that is final.
 fn final_value(mods: &[Applied], name: &Name) -> Option<Applied> {
@@ -22,7 +22,7 @@ fn final_value(mods: &[Applied], name: &Name) -> Option<Applied> {
     })
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Bindings of a component of a class (a record) become bindings of its fields.  The first `outside` modifications are not
     /// those of the class itself.
     pub(crate) fn take_apart(
@@ -80,7 +80,7 @@ impl InstanceTree<'_> {
     fn same_as_final(&mut self, name: &Name, value: &Expr, scope: Scope, own: &Applied) -> Result<(), Reported> {
         let tree = Arc::new(AstMod::of_binding(value.clone()));
         let given = Applied { tree, scope, spread: Vec::new() };
-        let [given, kept] = [&given, own].map(|applied| self.quietly(|tree| tree.guess_applied(applied)).ok());
+        let [given, kept] = [&given, own].map(|applied| self.quietly(|scopes| scopes.guess_applied(applied)).ok());
         if given.is_some() && given == kept {
             return Ok(());
         }
@@ -129,11 +129,11 @@ impl InstanceTree<'_> {
         if scalar == ScalarType::Object {
             // An external object is made before the run and stays what it is (12.9.7).
             let declared = self.instances[inst].variability;
-            self.instances[inst].variability = declared.min(Variability::Parameter);
+            self.instances.edit(inst).variability = declared.min(Variability::Parameter);
         }
         if !matches!(scalar, ScalarType::Real) && self.instances[inst].variability == Variability::Continuous {
-            self.instances[inst].variability = Variability::Discrete;
+            self.instances.edit(inst).variability = Variability::Discrete;
         }
-        self.instances[inst].primitive = Some(Primitive { scalar, attributes, binding, is_final });
+        self.instances.edit(inst).primitive = Some(Primitive { scalar, attributes, binding, is_final });
     }
 }

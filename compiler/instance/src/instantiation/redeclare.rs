@@ -14,9 +14,9 @@ use crate::classes::heir::with_constraint;
 use crate::classes::modifier::{Applied, AstMod, Mods, Redeclare, redeclaration};
 use crate::classes::shape::{Shape, ShapeElement, is_builtin};
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Notes the class that a redeclaration puts in place of element `k`, a class.
     pub(crate) fn redeclare_class(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize, outer: &Mods) {
         let mods = self.mods_of(inst, shape, k, outer);
@@ -52,7 +52,7 @@ impl InstanceTree<'_> {
             if let (Some(wanted), Some(span)) = (wanted, applied.tree.span) {
                 let _ = self.table.check_offers(local.class, wanted, span);
             }
-            self.instances[inst].local_classes.insert(element.name.clone(), local);
+            self.instances.edit(inst).local_classes.insert(element.name.clone(), local);
         }
     }
 
@@ -70,7 +70,7 @@ impl InstanceTree<'_> {
         mods.extend(self.kept_of_class(inst, shape, element, class));
         let package = self.instances[inst].kind == ClassKind::Package;
         let context = (!package).then_some(inst);
-        self.instances[inst].local_classes.insert(element.name.clone(), LocalClass { class, mods, context });
+        self.instances.edit(inst).local_classes.insert(element.name.clone(), LocalClass { class, mods, context });
     }
 
     /// The class that a redeclaration of `original` must be a subtype of.
@@ -96,13 +96,13 @@ impl InstanceTree<'_> {
         {
             let text = |path: &Path| path.parts.iter().map(|p| p.name.as_ref()).collect::<Vec<_>>().join(".");
             let (given, asked) = (text(&new.class), text(wanted));
-            let kind = |tree: &mut Self, scope: Scope, path: &Path| {
-                let class = tree.class_quietly(scope, path);
-                class.and_then(|c| tree.table.shape(c).ok()).and_then(|shape| shape.builtin.clone())
+            let kind = |scopes: &mut Self, scope: Scope, path: &Path| {
+                let class = scopes.class_quietly(scope, path);
+                class.and_then(|c| scopes.table.shape(c).ok()).and_then(|shape| shape.builtin.clone())
             };
-            let of = |tree: &mut Self, scope: Scope, path: &Path| match builtin(path) {
+            let of = |scopes: &mut Self, scope: Scope, path: &Path| match builtin(path) {
                 true => Some(path.parts[0].name.clone()),
-                false => kind(tree, scope, path),
+                false => kind(scopes, scope, path),
             };
             let (x, y) = (of(self, applied.scope, &new.class), of(self, own, wanted));
             if x == y {
@@ -124,7 +124,7 @@ impl InstanceTree<'_> {
         if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
             return None;
         }
-        self.quietly(|tree| tree.find_class(scope, path)).ok().map(|local| local.class)
+        self.quietly(|scopes| scopes.find_class(scope, path)).ok().map(|local| local.class)
     }
 
     /// `redeclare model A = B(m)`: class B with modification m in the scope of the redeclaration, then the modification

@@ -2,13 +2,13 @@
 
 use std::rc::Rc;
 
-use hyd_source::{Code, Diagnostic, Reported};
+use hyd_source::{Code, Reported};
 use hyd_syntax::tree::{ClassBody, Component, ComponentRef, Expr};
 
 use crate::classes::modifier::Mods;
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 use crate::values::evaluate::Env;
 use crate::values::value::Value;
@@ -16,7 +16,7 @@ use crate::values::value::Value;
 /// Largest number of elements of one array of components or variables.
 const MAX_ELEMENTS: usize = 1 << 27;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Evaluates declared sizes; `:` takes its size from the binding.
     pub(crate) fn sizes(
         &mut self,
@@ -43,10 +43,9 @@ impl InstanceTree<'_> {
         if matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon) {
             let Some(applied) = crate::classes::modifier::binding(mods).cloned() else {
                 let message = format!("`{name}` has size `:` and no value that gives it a size");
-                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
-                return Err(Reported);
+                return Err(self.error(Code::ArrayShape, dim.span, message));
             };
-            let around = |tree: &Self| applied.spread.iter().map(|&i| tree.instances[i].dims.len()).sum::<usize>();
+            let around = |scopes: &Self| applied.spread.iter().map(|&i| scopes.instances[i].dims.len()).sum::<usize>();
             let (given, skip) = match applied.tree.binding.clone() {
                 Some(expr) if self.depends_on_run(&expr, applied.scope, &Env::default()) => {
                     let parts = applied.spread.iter().filter_map(|&i| self.instances[i].part_of.as_ref());
@@ -57,8 +56,7 @@ impl InstanceTree<'_> {
             };
             return given.get(skip + k).copied().ok_or_else(|| {
                 let message = format!("the value of `{name}` has too few dimensions");
-                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(dim.span, ""));
-                Reported
+                self.error(Code::ArrayShape, dim.span, message)
             });
         }
         if matches!(&dim.kind, hyd_syntax::tree::ExprKind::Ref(r) if names_boolean(r)) {
@@ -86,13 +84,11 @@ impl InstanceTree<'_> {
                     if size < 0 { "negative".into() } else { format!("above the limit of {MAX_ELEMENTS} elements") };
                 let message = format!("the size of `{name}` is {size}, which is {limit}");
                 let code = if size < 0 { Code::ArrayShape } else { Code::Limit };
-                self.table.report(Diagnostic::error(code, message).at(dim.span, ""));
-                Err(Reported)
+                Err(self.error(code, dim.span, message))
             }
             None => {
                 let message = format!("the size of `{name}` must be an Integer, not {}", value.type_name());
-                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(dim.span, ""));
-                Err(Reported)
+                Err(self.error(Code::TypeMismatch, dim.span, message))
             }
         }
     }
@@ -105,7 +101,7 @@ impl InstanceTree<'_> {
             if let ClassBody::Short { dims, .. } = &def.body
                 && !dims.is_empty()
             {
-                let scope = Scope { inst: self.package_instance(local)?, frame: frame as u32 };
+                let scope = Scope { inst: self.package_of(local)?, frame: frame as u32 };
                 sizes.extend(self.sizes(dims, scope, &Vec::new(), &def.name.name)?);
             }
         }
@@ -126,8 +122,7 @@ impl InstanceTree<'_> {
         if total > MAX_ELEMENTS {
             let (name, span) = (self.instances[inst].name.clone(), self.instances[inst].span);
             let message = format!("`{name}` has more than {MAX_ELEMENTS} elements");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::Limit, span, message));
         }
         Ok(())
     }

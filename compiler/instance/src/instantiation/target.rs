@@ -8,9 +8,9 @@ use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use crate::classes::modifier::{Applied, AstMod, Mods};
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::InstId;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Every modification must speak of an element that can be reached from where it stands; the first `outside` ones of
     /// `mods` stand outside of the class.
     pub(crate) fn check_targets(&mut self, inst: InstId, shape: &Rc<Shape>, mods: &Mods, outside: usize) {

@@ -1,392 +1,105 @@
-//! The instance tree and what is asked of it everywhere.
+//! The instance tree, and beside it the constants of packages, which are made when they are named.
+//!
+//! The components of the model are plain data.  They are written while they are made; whoever has the tree ([`Instances::tree`]) has it as
+//! it stays.  What a package or a function declares is no part of the model: it is found by names, from the first size up to the last
+//! equation, so it stands in a table of its own, whose numbers begin where those of components cannot come.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::ops::Index;
 use std::rc::Rc;
-use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{ClassKind, Component, Element, Expr, ExprKind, Name, Variability};
-use rustc_hash::FxHashMap;
+use hyd_index::IndexVec;
 
-use crate::classes::class::{ClassId, ClassTable, elements};
-use crate::classes::modifier::{Applied, Mods};
-use crate::classes::shape::{Shape, ShapeElement};
 use crate::instantiation::connection_rules::ConnectionRules;
-use crate::instantiation::instance::{InstId, Instance, Instances, Known, LocalClass, Scope, chain, path};
-use crate::values::constructor::Input;
-use crate::values::value::{EnumType, Value};
+use crate::instantiation::instance::{InstId, Instance};
 
-/// A value set from outside by instance path.
+/// The number of the first instance of a package; components are bounded far below (see `work`).
+const FIRST_OF_PACKAGES: u32 = 1 << 30;
+
+/// The components of a model.
 #[derive(Clone, Debug)]
-pub struct Override {
-    /// Instance path.
-    pub path: String,
-    /// The value as it was written; its type says what it means.
-    pub text: String,
-    /// It was needed at translation.
-    pub used: bool,
-}
-
-/// Where an overdetermined record stands in the tree of connections.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Rooting {
-    /// Its component determines it.
-    pub is_root: bool,
-    /// It is nearer to the root than the other one of its branch.
-    pub rooted: bool,
-}
-
-/// Makes component `k` of the shape of an instance, with the modifications from outside of that.
-pub(crate) type MakeElement<'s> = fn(&mut InstanceTree<'s>, InstId, usize, &Mods) -> Result<(), Reported>;
-
-/// The instance tree with all that is needed to ask it further questions.
-pub struct InstanceTree<'s> {
-    /// Classes, texts and messages.
-    pub table: ClassTable<'s>,
-    /// All instances.
-    pub instances: Instances,
+pub struct InstanceTree {
+    /// All components, in the order in which they were made.
+    pub components: IndexVec<InstId, Instance>,
     /// The top model.
     pub root: InstId,
-    /// Values set from outside.
-    pub overrides: Vec<Override>,
     /// What declarations say of connections.
     pub connection_rules: BTreeMap<InstId, ConnectionRules>,
-    /// How often the elements of each connector are connected, once that is known.
-    pub connected: Option<FxHashMap<InstId, Vec<u32>>>,
-    /// Where the elements of overdetermined records stand in the tree of connections, once that is known.
-    pub rooting: Option<FxHashMap<InstId, Vec<Rooting>>>,
-    pub(crate) packages: FxHashMap<(ClassId, Option<InstId>), InstId>,
-    pub(crate) enumerations: FxHashMap<ClassId, Option<Arc<EnumType>>>,
-    /// Arguments of the constructors of records.
-    pub(crate) constructors: FxHashMap<(ClassId, Option<InstId>), Rc<[Input]>>,
-    /// Names of functions of the language that were looked for around a class and its text.
-    pub(crate) declared_names: FxHashMap<(ClassId, ClassId, Name), bool>,
-    /// Makes a component of an instance's shape when it is named before its turn; instantiation, which lookup does not know.
-    pub(crate) make_element: MakeElement<'s>,
-    pub(crate) depth: usize,
-    /// Values being computed, with the places that ask for them.
-    pub(crate) open_values: Vec<(InstId, Span)>,
-    /// Expressions being evaluated, one within the other.
-    pub(crate) evaluating: usize,
-    /// Parameters that were asked for only as a guess, while a guess is computed.
-    pub(crate) guessed: Option<Vec<InstId>>,
-    /// Work of computing values so far.
-    pub(crate) work: u64,
-    /// Modifications from outside of the instances whose components are being made.
-    pub(crate) pending: FxHashMap<InstId, Mods>,
-    /// There are more components than there may be, and that has been said.
-    pub(crate) too_many: bool,
-    /// Arrays of components, by path, that are made element by element, and those that would have to be.
-    pub(crate) apart: BTreeSet<String>,
-    pub(crate) differing: BTreeSet<String>,
-    /// Values of modifications of such arrays, by the place of their texts, which are kept with them.
-    pub(crate) values_for_parts: FxHashMap<(usize, Scope), (Arc<Expr>, Value)>,
 }
 
-impl InstanceTree<'_> {
-    /// The answer to a question whose messages are not meant for anybody.
-    pub fn quietly<T>(&mut self, question: impl FnOnce(&mut Self) -> T) -> T {
-        self.table.messages.begin();
-        let answer = question(self);
-        self.table.messages.end();
-        answer
+/// Components and constants of packages by their numbers.
+#[derive(Debug)]
+pub struct Instances {
+    tree: Rc<InstanceTree>,
+    packages: Vec<Instance>,
+}
+
+impl Instances {
+    /// A model of which only the top is there.
+    pub(crate) fn of_root(root: Instance) -> Self {
+        let mut components = IndexVec::new();
+        let root = components.push(root);
+        let tree = InstanceTree { components, root, connection_rules: BTreeMap::new() };
+        Self { tree: Rc::new(tree), packages: Vec::new() }
     }
 
-    pub(crate) fn new_instance(&mut self, name: Name, parent: Option<InstId>, span: Span) -> InstId {
-        self.instances.push(Instance {
-            name,
-            parent,
-            class: None,
-            context: None,
-            shape: None,
-            kind: ClassKind::Type,
-            dims: Vec::new(),
-            parts: Vec::new(),
-            part_of: None,
-            children: Vec::new(),
-            by_name: FxHashMap::default(),
-            own_inner: FxHashMap::default(),
-            local_classes: FxHashMap::default(),
-            variability: Variability::Continuous,
-            flow: false,
-            stream: false,
-            expandable: false,
-            final_record: false,
-            direction: None,
-            protected: false,
-            inner: false,
-            evaluate: false,
-            absent: false,
-            description: None,
-            span,
-            primitive: None,
-            known: Known::No,
-        })
+    /// The components of the model.
+    pub fn tree(&self) -> &Rc<InstanceTree> {
+        &self.tree
     }
 
-    /// The instance that holds the constants of a package, of a function or of a type.
-    pub(crate) fn package_instance(&mut self, local: &LocalClass) -> Result<InstId, Reported> {
-        let LocalClass { class, context, .. } = *local;
-        if let Some(&known) = self.packages.get(&(class, context)) {
-            return Ok(known);
+    /// True for what a package or a function declares, and for the package itself.
+    pub(crate) fn is_of_package(inst: InstId) -> bool {
+        inst.0 >= FIRST_OF_PACKAGES
+    }
+
+    /// Numbers of all instances, those of packages last.
+    pub(crate) fn indices(&self) -> impl Iterator<Item = InstId> + use<> {
+        let of_packages = (FIRST_OF_PACKAGES..).take(self.packages.len()).map(InstId);
+        self.tree.components.indices().chain(of_packages)
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.tree.components.len() + self.packages.len()
+    }
+
+    /// Adds an instance: a component where its parent is one, else of a package.
+    pub(crate) fn add(&mut self, instance: Instance) -> InstId {
+        if instance.parent.is_some_and(|parent| !Self::is_of_package(parent)) {
+            return self.tree_mut().components.push(instance);
         }
-        let shape = self.table.shape(class)?;
-        let def = self.table.class(class).def.clone();
-        let inst = self.new_instance(self.table.full_name(class).into(), None, def.name.span);
-        self.instances[inst].class = Some(class);
-        self.instances[inst].context = context;
-        self.instances[inst].shape = Some(shape);
-        self.instances[inst].kind = ClassKind::Package;
-        let shape = self.table.shape(class)?;
-        if shape.builtin.is_none() {
-            self.check_targets(inst, &shape, &Mods::new(), 0);
-        }
-        self.packages.insert((class, context), inst);
-        Ok(inst)
+        self.packages.push(instance);
+        InstId(FIRST_OF_PACKAGES + self.packages.len() as u32 - 1)
     }
 
-    /// A scope for the text of a class that is not instantiated (a function): its constants and enclosing packages.
-    pub fn package_of(&mut self, local: &LocalClass) -> Result<InstId, Reported> {
-        self.package_instance(local)
-    }
-
-    pub(crate) fn declared(&self, shape: &Shape, element: &ShapeElement) -> Option<Component> {
-        let class = shape.frames[element.frame as usize].class;
-        match &elements(&self.table.class(class).def)[element.position as usize] {
-            Element::Component(component) => Some(component.clone()),
-            _ => None,
+    /// An instance that is being made.
+    pub(crate) fn edit(&mut self, inst: InstId) -> &mut Instance {
+        match of_package(inst) {
+            Some(k) => &mut self.packages[k],
+            None => &mut self.tree_mut().components[inst],
         }
     }
 
-    /// True for a component that is a record, also one that is a connector: `connector C = input R`.
-    pub fn is_record(&self, inst: InstId) -> bool {
-        let instance = &self.instances[inst];
-        let of_record = |shape: &Rc<Shape>| {
-            shape.frames.iter().any(|frame| self.table.class(frame.class).def.kind == ClassKind::Record)
-        };
-        match instance.kind {
-            ClassKind::Record => true,
-            ClassKind::Connector => instance.shape.as_ref().is_some_and(of_record),
-            _ => false,
-        }
-    }
-
-    /// True where the class that has a component declares it protected, whatever is around that.
-    pub fn is_declared_protected(&self, inst: InstId) -> bool {
-        let instance = &self.instances[inst];
-        let shape = instance.parent.and_then(|parent| self.instances[parent].shape.as_ref());
-        let Some((shape, &k)) = shape.and_then(|shape| Some((shape, shape.by_name.get(&instance.name)?))) else {
-            return false;
-        };
-        let element = &shape.elements[k as usize];
-        let frame = &shape.frames[element.frame as usize];
-        let declared = &elements(&self.table.class(frame.class).def)[element.position as usize];
-        frame.protected || matches!(declared, Element::Component(component) if component.prefixes.protected)
-    }
-
-    pub(crate) fn final_modified(&mut self, name: &str, at: Option<Span>, declared: Option<Span>) {
-        let message = format!("`{name}` is final and cannot be modified");
-        let mut diagnostic = Diagnostic::error(Code::FinalModified, message);
-        if let Some(span) = at {
-            diagnostic = diagnostic.at(span, "modified here");
-        }
-        if let Some(span) = declared {
-            diagnostic = diagnostic.with(span, "declared final here");
-        }
-        self.table.report(diagnostic);
-    }
-
-    pub(crate) fn not_structural(&mut self, span: Span, message: String) {
-        self.table.report(Diagnostic::error(Code::NotStructural, message).at(span, "needed before the run"));
-    }
-
-    pub(crate) fn no_meaning(&mut self, span: Span, message: String) -> Reported {
-        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(span, ""));
-        Reported
-    }
-
-    /// Notes that a component could not be made, so that its uses give no further messages.
-    pub(crate) fn broken(&mut self, parent: InstId, name: &Name, span: Span) {
-        let inst = match self.instances[parent].by_name.get(name) {
-            Some(&made) => made,
-            None => {
-                let made = self.new_instance(name.clone(), Some(parent), span);
-                self.instances[parent].by_name.insert(name.clone(), made);
-                made
-            }
-        };
-        self.instances[inst].known = Known::Failed;
-    }
-
-    /// True if a message has been given for the component or one it is in.
-    pub fn is_broken(&self, inst: InstId) -> bool {
-        let instance = &self.instances[inst];
-        instance.primitive.is_none() && instance.known == Known::Failed
-    }
-
-    /// A component whose sizes are asked for must be known by now.
-    pub(crate) fn want_made(&mut self, inst: InstId, span: Span) -> Result<(), Reported> {
-        let instance = &self.instances[inst];
-        if instance.primitive.is_some() || instance.shape.is_some() || instance.absent {
-            return Ok(());
-        }
-        if instance.known != Known::Failed {
-            let (name, declared) = (path(&self.instances, inst), instance.span);
-            let message = format!("the size of `{name}` depends on itself");
-            self.table.report(
-                Diagnostic::error(Code::CircularParameters, message)
-                    .at(span, "the cycle closes here")
-                    .with(declared, "declared here"),
-            );
-        }
-        Err(Reported)
-    }
-
-    /// Puts the components of an instance back into the order of the text.
-    pub(crate) fn order_children(&mut self, inst: InstId) {
-        let Some(shape) = self.instances[inst].shape.clone() else { return };
-        let mut children = std::mem::take(&mut self.instances[inst].children);
-        children.sort_by_key(|&child| shape.by_name.get(self.declared_name(child)).copied());
-        self.instances[inst].children = children;
-    }
-
-    /// Paths of arrays of components whose elements were found to differ where they must not: to be instantiated in parts.
-    pub fn differing(&self) -> &BTreeSet<String> {
-        &self.differing
-    }
-
-    /// The name that the component was declared with.
-    pub fn declared_name(&self, inst: InstId) -> &Name {
-        let declared = self.instances[inst].part_of.as_ref().map_or(inst, |(array, _)| *array);
-        &self.instances[declared].name
-    }
-
-    /// The element of an array made in parts that literal subscripts name; none for other subscripts.
-    pub fn part_at(&self, array: InstId, subscripts: &[Expr]) -> Option<InstId> {
-        let instance = &self.instances[array];
-        if instance.parts.is_empty() || subscripts.len() != instance.dims.len() {
-            return None;
-        }
-        let mut position = 0;
-        for (subscript, &size) in subscripts.iter().zip(&instance.dims) {
-            let ExprKind::Integer(k) = subscript.kind else { return None };
-            let k = usize::try_from(k - 1).ok().filter(|&k| k < size)?;
-            position = position * size + k;
-        }
-        instance.parts.get(position).copied()
-    }
-
-    /// A reference into an array made in parts whose subscripts name none of them.
-    pub(crate) fn no_such_part(&mut self, array: InstId, subscripts: &[Expr], span: Span) -> Reported {
-        let instance = &self.instances[array];
-        let (name, dims) = (instance.name.clone(), instance.dims.clone());
-        let outside = subscripts.iter().zip(&dims).find_map(|(subscript, &size)| match subscript.kind {
-            ExprKind::Integer(k) if k < 1 || k as usize > size => Some((k, size)),
-            _ => None,
-        });
-        let diagnostic = match outside {
-            Some((k, size)) => {
-                Diagnostic::error(Code::ArrayShape, format!("subscript {k} of `{name}` is outside 1..{size}"))
-            }
-            None => {
-                let message =
-                    format!("the elements of `{name}` differ in structure: its subscripts must be known here");
-                Diagnostic::error(Code::NotStructural, message)
-            }
-        };
-        self.table.report(diagnostic.at(span, ""));
-        Reported
-    }
-
-    /// True if a modification speaks of all elements of an array made in parts.
-    pub(crate) fn is_for_parts(&self, applied: &Applied) -> bool {
-        !self.apart.is_empty() && applied.spread.iter().any(|&inst| self.instances[inst].part_of.is_some())
-    }
-
-    /// Position of the value set from outside for a parameter, the last one said; one for an array made in parts is for all of them.
-    pub fn override_of(&self, inst: InstId) -> Option<usize> {
-        let instance = &self.instances[inst];
-        let settable = instance.variability == Variability::Parameter
-            && !instance.final_record
-            && instance.primitive.as_ref().is_some_and(|primitive| !primitive.is_final);
-        if self.overrides.is_empty() || !settable {
-            return None;
-        }
-        let own = path(&self.instances, inst);
-        let whole = self.path_of_arrays(inst);
-        self.overrides.iter().rposition(|o| o.path == own || o.path == whole)
-    }
-
-    /// The path without the subscripts of parts.
-    pub fn path_of_arrays(&self, inst: InstId) -> String {
-        let names = chain(&self.instances, inst).into_iter().map(|id| self.declared_name(id).as_ref());
-        names.filter(|name| !name.is_empty()).collect::<Vec<_>>().join(".")
-    }
-
-    /// Sizes of the arrays around an instance and its own, those made in parts among them.
-    pub(crate) fn sizes_as_written(&self, inst: InstId) -> Vec<usize> {
-        let sizes = |id: InstId| match &self.instances[id].part_of {
-            Some((array, _)) => self.instances[*array].dims.clone(),
-            None => self.instances[id].dims.clone(),
-        };
-        chain(&self.instances, inst).into_iter().flat_map(sizes).collect()
-    }
-
-    /// True if elements of the arrays around a parameter are set from outside one by one.
-    pub fn is_set_by_element(&self, inst: InstId) -> bool {
-        if self.overrides.is_empty() {
-            return false;
-        }
-        let whole = self.path_of_arrays(inst);
-        let subscripted = |path: &str| path.rsplit_once('.').is_some_and(|(around, _)| around.contains('['));
-        self.overrides.iter().any(|o| subscripted(&o.path) && without_subscripts(&o.path) == whole)
-            && chain(&self.instances, inst).into_iter().any(|id| id != inst && !self.instances[id].dims.is_empty())
-    }
-
-    /// Values set from outside that differ between the elements of the arrays around a parameter.
-    pub(crate) fn set_by_element(&mut self, inst: InstId, span: Span) -> Reported {
-        let around = chain(&self.instances, inst).into_iter().filter(|&id| id != inst);
-        let arrays: Vec<String> =
-            around.filter(|&id| !self.instances[id].dims.is_empty()).map(|id| path(&self.instances, id)).collect();
-        self.differing.extend(arrays);
-        let name = path(&self.instances, inst);
-        self.not_structural(span, format!("the values set for `{name}` differ between the elements of an array"));
-        Reported
-    }
-
-    /// Where the text of the model declares the component that holds an instance of another file, such as a library's; none
-    /// where the instance stands in the model's own text.
-    pub fn users_line(&self, inst: InstId) -> Option<Span> {
-        let own = self.table.class(self.instances[self.root].class?).def.name.span.file;
-        let is_own = |inst: InstId| self.instances[inst].span.file == own;
-        if is_own(inst) {
-            return None;
-        }
-        let above = std::iter::successors(Some(inst), |&inst| self.instances[inst].parent);
-        let above = above.take_while(|&inst| inst != self.root);
-        above.skip(1).find(|&inst| is_own(inst)).map(|inst| self.instances[inst].span)
-    }
-
-    /// Says that a value that is needed at translation is found by the start.
-    pub(crate) fn found_at_start(&mut self, inst: InstId, span: Span) -> Reported {
-        let (name, declared) = (path(&self.instances, inst), self.instances[inst].span);
-        let message =
-            format!("the value of `{name}` is found at the start (`fixed = false`), but decides sizes or structure");
-        let diagnostic = Diagnostic::error(Code::NotStructural, message).at(span, "needed before the run");
-        self.table.report(diagnostic.with(declared, "declared here"));
-        Reported
+    /// The tree while it is made.
+    pub(crate) fn tree_mut(&mut self) -> &mut InstanceTree {
+        Rc::get_mut(&mut self.tree).expect("invariant: all components are made before the tree is given to anybody")
     }
 }
 
-/// The path of a name without what stands in brackets.
-fn without_subscripts(path: &str) -> String {
-    let mut depth = 0;
-    path.chars()
-        .filter(|&c| {
-            depth += i32::from(c == '[');
-            let outside = depth == 0;
-            depth -= i32::from(c == ']');
-            outside
-        })
-        .collect()
+impl Index<InstId> for Instances {
+    type Output = Instance;
+
+    #[inline]
+    fn index(&self, inst: InstId) -> &Instance {
+        match of_package(inst) {
+            Some(k) => &self.packages[k],
+            None => &self.tree.components[inst],
+        }
+    }
+}
+
+/// The place among the instances of packages.
+fn of_package(inst: InstId) -> Option<usize> {
+    inst.0.checked_sub(FIRST_OF_PACKAGES).map(|k| k as usize)
 }

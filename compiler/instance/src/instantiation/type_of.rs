@@ -7,7 +7,7 @@ use hyd_syntax::tree::Path;
 
 use crate::classes::shape::{Shape, is_builtin};
 use crate::instantiation::instance::{LocalClass, ScalarType, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
 /// The class a declaration names, resolved.
 pub(crate) enum TypeOf {
@@ -15,7 +15,7 @@ pub(crate) enum TypeOf {
     Class(LocalClass, Rc<Shape>),
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     pub(crate) fn type_of(&mut self, scope: Scope, path: &Path) -> Result<TypeOf, Reported> {
         if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
             let name = &path.parts[0].name;

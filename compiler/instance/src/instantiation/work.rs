@@ -8,7 +8,7 @@ use hyd_source::{Code, Diagnostic, Reported, Span};
 
 use crate::classes::shape::{Shape, ShapeElement};
 use crate::instantiation::instance::InstId;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::values::value::Value;
 
 /// Largest array that is computed at translation.
@@ -30,7 +30,7 @@ pub(crate) const ELEMENT: u64 = 2;
 /// double it with every line.
 const MAX_COMPONENTS: usize = 1 << 21;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Stops where there are too many components.
     ///
     /// # Errors
@@ -53,7 +53,9 @@ impl InstanceTree<'_> {
         let mut diagnostic = Diagnostic::error(Code::Limit, message).at(declaration.name.span, "reached here");
         // Where the user may look for the cause: the outermost component around it.
         let above = std::iter::successors(Some(parent), |&inst| self.instances[inst].parent);
-        if let Some(outermost) = above.filter(|&inst| self.instances[inst].parent == Some(self.root)).last() {
+        if let Some(outermost) =
+            above.filter(|&inst| self.instances[inst].parent == Some(self.instances.tree().root)).last()
+        {
             diagnostic = diagnostic.with(self.instances[outermost].span, "in this component");
         }
         self.table.report(diagnostic);
@@ -84,8 +86,7 @@ impl InstanceTree<'_> {
     pub(crate) fn spend_on(&mut self, value: &Value, span: Span) -> Result<(), Reported> {
         let Some(count) = volume(&value.shape()) else {
             let message = format!("an array computed before the run has more than {MAX_VALUES} elements");
-            self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::Limit, span, message));
         };
         if value.shape().is_empty() { Ok(()) } else { self.spend(ELEMENT * count as u64, span) }
     }

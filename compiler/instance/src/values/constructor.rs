@@ -14,7 +14,7 @@ use hyd_syntax::visit::{Role, Visitor, walk_reference};
 
 use crate::classes::modifier::{AstMod, Redeclare};
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 
 /// One thing said of a record or of a field.
@@ -81,8 +81,8 @@ pub trait RecordMaker<'s> {
     type Value: Clone;
     /// Why there is none.
     type Fail: From<Reported>;
-    /// The classes.
-    fn tree(&mut self) -> &mut InstanceTree<'s>;
+    /// What names mean.
+    fn scopes(&mut self) -> &mut Scopes<'s>;
     /// The argument of a field.
     fn given(&mut self, expr: &Expr, field: &RecordField) -> Result<Self::Value, Self::Fail>;
     /// The value of an expression that stands in a record, whose fields have these values, or outside of all records being made.
@@ -148,13 +148,13 @@ fn make<'s, M: RecordMaker<'s>>(
     only: Option<&Name>,
 ) -> Result<M::Value, M::Fail> {
     if levels.len() >= MAX_NESTED {
-        let table = &mut maker.tree().table;
+        let table = &mut maker.scopes().table;
         let (name, span) = (table.full_name(local.class), table.class(local.class).def.name.span);
         let message = format!("records are nested deeper than {MAX_NESTED} levels: does `{name}` hold itself?");
         table.report(Diagnostic::error(Code::Limit, message).at(span, "declared here"));
         return Err(Reported.into());
     }
-    let (inst, fields) = maker.tree().record_fields(local, said, at)?;
+    let (inst, fields) = maker.scopes().record_fields(local, said, at)?;
     let fields: Rc<[RecordField]> = fields.into();
     levels.push(Level { inst, fields: fields.clone(), given, done: Vec::new(), open: Vec::new() });
     let level = levels.len() - 1;
@@ -202,7 +202,7 @@ fn make_field<'s, M: RecordMaker<'s>>(
     if levels[level].open.contains(&field.name) {
         let message = format!("the value of the field `{}` depends on itself", field.name);
         let diagnostic = Diagnostic::error(Code::CircularParameters, message);
-        maker.tree().table.report(diagnostic.at(field.declaration.name.span, "declared here"));
+        maker.scopes().table.report(diagnostic.at(field.declaration.name.span, "declared here"));
         return Err(Reported.into());
     }
     let given = levels[level].given.iter().find(|(name, _)| *name == field.name).map(|(_, expr)| expr.clone());
@@ -227,7 +227,7 @@ fn by_default<'s, M: RecordMaker<'s>>(
 ) -> Result<Option<M::Value>, M::Fail> {
     let first = field.said.iter().find(|s| s.tree.binding.is_some() || !s.tree.children.is_empty());
     let whole = first.is_some_and(|s| s.tree.binding.is_some() && s.tree.children.is_empty());
-    if !whole && let Some(local) = maker.tree().record_of(field)? {
+    if !whole && let Some(local) = maker.scopes().record_of(field)? {
         field.declaration.dims.iter().try_for_each(|dim| make_named(maker, levels, level, dim))?;
         let sizes = maker.sizes(field, &levels[level].done)?;
         let span = field.declaration.name.span;
@@ -277,7 +277,7 @@ fn make_named<'s, M: RecordMaker<'s>>(
     Ok(())
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The fields of a record class in the order of the text.  `at`: subscripts of the element that is meant, where what is said
     /// speaks of an array of such records.
     fn record_fields(

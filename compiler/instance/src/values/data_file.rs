@@ -9,10 +9,10 @@
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
 use hyd_syntax::tree::{Component, Direction, External, Name};
 
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::values::value::Value;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Whether an external clause asks for a column of a file.
     pub fn is_column_reader(&self, external: &External) -> bool {
         let call = external.call.as_ref().filter(|_| external.language.as_deref() == Some("hyd"));
@@ -23,13 +23,9 @@ impl InstanceTree<'_> {
     pub fn read_column(&mut self, span: Span, inputs: &[Value]) -> Result<Vec<f64>, Reported> {
         let [Value::Text(file), Value::Text(column)] = inputs else {
             let message = "a column of a file is asked for by two Strings: the file and the column";
-            self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::BadArguments, span, message));
         };
-        let text = self.table.data_file(file).map_err(|sentence| {
-            self.table.report(Diagnostic::error(Code::FileAccess, sentence).at(span, ""));
-            Reported
-        })?;
+        let text = self.table.data_file(file).map_err(|sentence| self.error(Code::FileAccess, span, sentence))?;
         column_of(&text, column).map_err(|(sentence, help)| {
             let message = format!("`{file}`: {sentence}");
             self.table.report(Diagnostic::error(Code::Value, message).at(span, "").maybe_help(help));

@@ -10,8 +10,9 @@ use hyd_system::{TextFormat, ValueKind};
 use crate::builtins::Builtin;
 use crate::instantiation::instance::{InstId, Scope, path};
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::InstanceTree;
-use crate::instantiation::work::{ELEMENT, MAX_VALUES, TURN};
+use crate::instantiation::scopes::Scopes;
+use crate::instantiation::work::{ELEMENT, TURN};
+use crate::values::range::{self, ZERO_STEP};
 use crate::values::value::{Value, binary, first_if_uniform};
 
 /// Deepest nesting of expressions whose values need each other: an expression may be 1000 deep by itself.
@@ -34,7 +35,7 @@ impl Env {
     }
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Evaluates an expression of constants and parameters.
     pub fn evaluate(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Value, Reported> {
         if self.evaluating >= MAX_EVALUATING {
@@ -80,8 +81,7 @@ impl InstanceTree<'_> {
                 binary(*op, &x, &y).ok_or_else(|| {
                     if let (Value::Integer(_), Value::Integer(_)) = (&x, &y) {
                         let message = "the result is not an Integer that can be represented";
-                        self.table.report(Diagnostic::error(Code::Value, message).at(expr.span, ""));
-                        return Reported;
+                        return self.error(Code::Value, expr.span, message);
                     }
                     let message = format!("the operator has no meaning for {} and {}", x.type_name(), y.type_name());
                     self.no_meaning(expr.span, message)
@@ -93,18 +93,24 @@ impl InstanceTree<'_> {
                         Value::Boolean(true) => return self.evaluate(value, scope, env),
                         Value::Boolean(false) => {}
                         other => {
-                            self.no_meaning(
+                            return Err(self.no_meaning(
                                 condition.span,
                                 format!("a condition must be Boolean, not {}", other.type_name()),
-                            );
-                            return Err(Reported);
+                            ));
                         }
                     }
                 }
                 self.evaluate(otherwise, scope, env)
             }
             ExprKind::Range(start, step, stop) => {
-                self.evaluate_range(expr.span, start, step.as_deref(), stop, scope, env)
+                let (first, last) = (self.evaluate(start, scope, env)?, self.evaluate(stop, scope, env)?);
+                let by = step.as_ref().map(|step| self.evaluate(step, scope, env)).transpose()?;
+                let step = by.clone().unwrap_or(Value::Integer(1));
+                if step.as_real() == Some(0.0) {
+                    return Err(self.error(Code::Value, expr.span, ZERO_STEP));
+                }
+                let values = range::values(&first, &step, &last, by.is_some()).map(Value::array);
+                values.ok_or_else(|| self.no_meaning(expr.span, "this range has no meaning or too many values"))
             }
             ExprKind::Array(items) => {
                 items.iter().map(|e| self.evaluate(e, scope, env)).collect::<Result<_, _>>().map(Value::array)
@@ -128,89 +134,36 @@ impl InstanceTree<'_> {
                 }
                 crate::builtins::matrix(&values).ok_or_else(|| {
                     let message = "the parts of this matrix have sizes that do not go together";
-                    self.table.report(Diagnostic::error(Code::ArrayShape, message).at(expr.span, ""));
-                    Reported
+                    self.error(Code::ArrayShape, expr.span, message)
                 })
             }
             ExprKind::Tuple(items) => match items.as_slice() {
                 [Some(only)] => self.evaluate(only, scope, env),
-                _ => {
-                    self.no_meaning(expr.span, "a list of results is not a value".into());
-                    Err(Reported)
-                }
+                _ => Err(self.no_meaning(expr.span, "a list of results is not a value")),
             },
-            ExprKind::Partial(..) => {
-                self.not_structural(
-                    expr.span,
-                    "a function as an argument cannot be computed with before the run".into(),
-                );
-                Err(Reported)
-            }
+            ExprKind::Partial(..) => Err(self
+                .not_structural(expr.span, "a function as an argument cannot be computed with before the run".into())),
             ExprKind::Field(record, name) => self.evaluate_field(record, name, scope, env),
-            ExprKind::Colon => {
-                self.no_meaning(expr.span, "`:` is not a value".into());
-                Err(Reported)
-            }
+            ExprKind::Colon => Err(self.no_meaning(expr.span, "`:` is not a value")),
             ExprKind::End => match env.ends.last() {
                 Some(&size) => Ok(Value::Integer(size as i64)),
-                None => {
-                    self.no_meaning(expr.span, "`end` is allowed only in subscripts".into());
-                    Err(Reported)
-                }
+                None => Err(self.no_meaning(expr.span, "`end` is allowed only in subscripts")),
             },
         }
     }
 
-    fn evaluate_range(
-        &mut self,
-        span: Span,
-        start: &Expr,
-        step: Option<&Expr>,
-        stop: &Expr,
-        scope: Scope,
-        env: &Env,
-    ) -> Result<Value, Reported> {
-        let first = self.evaluate(start, scope, env)?;
-        let last = self.evaluate(stop, scope, env)?;
-        let by = match step {
-            Some(step) => self.evaluate(step, scope, env)?,
-            None => Value::Integer(1),
-        };
-        if by.as_real() == Some(0.0) {
-            self.table.report(Diagnostic::error(Code::Value, "the step of this range is zero").at(span, ""));
-            return Err(Reported);
+    /// The values of a loop variable.
+    pub(crate) fn values_of(&mut self, iterator: &Iterator, scope: Scope, env: &Env) -> Result<Value, Reported> {
+        match &iterator.range {
+            Some(range) => self.evaluate(range, scope, env),
+            None => Err(self.no_range(iterator)),
         }
-        let items: Option<Vec<Value>> = match (&first, &by, &last) {
-            (Value::Integer(a), Value::Integer(s), Value::Integer(b)) => {
-                let (distance, step) = (i128::from(*b) - i128::from(*a), i128::from(*s));
-                let backwards = distance != 0 && (distance > 0) != (step > 0);
-                let count = if backwards { 0 } else { distance / step + 1 };
-                let count = count.clamp(0, MAX_VALUES as i128 + 1) as usize;
-                (count <= MAX_VALUES)
-                    .then(|| (0..count as i128).map(|k| Value::Integer((i128::from(*a) + k * step) as i64)).collect())
-            }
-            (Value::Enumeration(t, a), _, Value::Enumeration(u, b)) if t == u && step.is_none() => {
-                Some((*a..=*b).map(|k| Value::Enumeration(t.clone(), k)).collect())
-            }
-            (Value::Boolean(a), _, Value::Boolean(b)) if step.is_none() => {
-                Some([false, true].into_iter().filter(|v| *a <= *v && *v <= *b).map(Value::Boolean).collect())
-            }
-            _ => match (first.as_real(), by.as_real(), last.as_real()) {
-                (Some(a), Some(s), Some(b)) => {
-                    let count = crate::values::value::count_of_reals(a, s, b);
-                    (count <= MAX_VALUES as f64)
-                        .then(|| (0..count as usize).map(|k| Value::Real(a + k as f64 * s)).collect())
-                }
-                _ => None,
-            },
-        };
-        match items {
-            Some(items) => Ok(Value::array(items)),
-            None => {
-                self.no_meaning(span, "this range has no meaning or too many values".into());
-                Err(Reported)
-            }
-        }
+    }
+
+    /// Says that a loop variable has no values: they do not follow from what it is a subscript of.
+    pub fn no_range(&mut self, iterator: &Iterator) -> Reported {
+        let message = format!("the range of `{}` must be written", iterator.name.name);
+        self.error(Code::NotStructural, iterator.name.span, message)
     }
 
     /// Runs `body` for all values of the iterators, the first iterator outermost.
@@ -222,12 +175,9 @@ impl InstanceTree<'_> {
         body: &mut dyn FnMut(&mut Self, &Env) -> Result<(), Reported>,
     ) -> Result<(), Reported> {
         let Some((iterator, rest)) = iterators.split_first() else { return body(self, env) };
-        let Some(range) = &iterator.range else {
-            self.not_structural(iterator.name.span, format!("the range of `{}` must be written", iterator.name.name));
-            return Err(Reported);
-        };
-        for value in self.evaluate(range, scope, env)?.items().iter() {
-            self.spend(TURN, range.span)?;
+        let span = iterator.range.as_ref().map_or(iterator.name.span, |range| range.span);
+        for value in self.values_of(iterator, scope, env)?.items().iter() {
+            self.spend(TURN, span)?;
             let mut inner = env.clone();
             inner.names.push((iterator.name.name.clone(), value.clone()));
             self.for_each(rest, scope, &inner, body)?;
@@ -245,8 +195,8 @@ impl InstanceTree<'_> {
     ) -> Result<Value, Reported> {
         let Some((last, inner)) = iterators.split_last() else { return self.evaluate(body, scope, env) };
         let mut items = Vec::new();
-        self.for_each(std::slice::from_ref(last), scope, env, &mut |tree, env| {
-            items.push(tree.comprehension(body, inner, scope, env)?);
+        self.for_each(std::slice::from_ref(last), scope, env, &mut |scopes, env| {
+            items.push(scopes.comprehension(body, inner, scope, env)?);
             Ok(())
         })?;
         Ok(Value::array(items))
@@ -278,10 +228,7 @@ impl InstanceTree<'_> {
         }
         match self.resolve(scope, reference)? {
             Resolved::Literal(enumeration, k) => Ok(Value::Enumeration(enumeration, k)),
-            Resolved::Time => {
-                self.not_structural(reference.span, "`time` is not known before the run".into());
-                Err(Reported)
-            }
+            Resolved::Time => Err(self.not_structural(reference.span, "`time` is not known before the run".into())),
             Resolved::Class(local) => match self.enumeration(local.class) {
                 Some(enumeration) => Ok(Value::array(
                     (1..=enumeration.literals.len() as u32)
@@ -290,8 +237,7 @@ impl InstanceTree<'_> {
                 )),
                 None => {
                     let name = self.table.full_name(local.class);
-                    self.no_meaning(reference.span, format!("the class `{name}` is not a value"));
-                    Err(Reported)
+                    Err(self.no_meaning(reference.span, format!("the class `{name}` is not a value")))
                 }
             },
             Resolved::Variable(steps) => self.evaluate_steps(reference.span, &steps, scope, env),
@@ -330,11 +276,10 @@ impl InstanceTree<'_> {
                     None => {
                         let name = path(&self.instances, last);
                         self.differing.insert(path(&self.instances, inst));
-                        self.not_structural(
+                        return Err(self.not_structural(
                             span,
                             format!("`{name}` differs between the elements of an array of components"),
-                        );
-                        return Err(Reported);
+                        ));
                     }
                 },
             };
@@ -353,8 +298,7 @@ impl InstanceTree<'_> {
     ) -> Result<Value, Reported> {
         let Some((first, rest)) = subscripts.split_first() else { return Ok(value) };
         let Value::Array(items) = value else {
-            self.no_meaning(span, "too many subscripts".into());
-            return Err(Reported);
+            return Err(self.no_meaning(span, "too many subscripts"));
         };
         if matches!(first.kind, ExprKind::Colon) {
             return items
@@ -388,16 +332,14 @@ impl InstanceTree<'_> {
             Value::Enumeration(_, k) => i64::from(*k),
             Value::Boolean(b) if items.len() == 2 => i64::from(*b) + 1,
             other => {
-                self.no_meaning(span, format!("a subscript must be an Integer, not {}", other.type_name()));
-                return Err(Reported);
+                return Err(self.no_meaning(span, format!("a subscript must be an Integer, not {}", other.type_name())));
             }
         };
         match usize::try_from(k - 1).ok().and_then(|k| items.get(k)) {
             Some(item) => Ok(item.clone()),
             None => {
                 let message = format!("subscript {k} is outside 1..{}", items.len());
-                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-                Err(Reported)
+                Err(self.error(Code::ArrayShape, span, message))
             }
         }
     }
@@ -419,8 +361,7 @@ impl InstanceTree<'_> {
                     return match self.call_function(span, function, positional, named, scope, env)? {
                         Some(outputs) => outputs.into_iter().next().ok_or(Reported),
                         None => {
-                            self.not_structural(span, format!("`{name}(...)` cannot be computed before the run"));
-                            Err(Reported)
+                            Err(self.not_structural(span, format!("`{name}(...)` cannot be computed before the run")))
                         }
                     };
                 };
@@ -442,8 +383,8 @@ impl InstanceTree<'_> {
             }
             Arguments::Reduction(body, iterators) => {
                 let mut items = Vec::new();
-                self.for_each(iterators, scope, env, &mut |tree, inner| {
-                    items.push(tree.evaluate(body, scope, inner)?);
+                self.for_each(iterators, scope, env, &mut |scopes, inner| {
+                    items.push(scopes.evaluate(body, scope, inner)?);
                     Ok(())
                 })?;
                 values.push(Value::array(items));
@@ -454,11 +395,9 @@ impl InstanceTree<'_> {
             None => {
                 if matches!(name.as_str(), "div" | "mod" | "rem") && values.get(1).and_then(Value::as_real) == Some(0.0)
                 {
-                    self.table.report(Diagnostic::error(Code::Value, "division by zero").at(span, ""));
-                    return Err(Reported);
+                    return Err(self.error(Code::Value, span, "division by zero"));
                 }
-                self.not_structural(span, format!("`{name}(...)` cannot be computed before the run"));
-                Err(Reported)
+                Err(self.not_structural(span, format!("`{name}(...)` cannot be computed before the run")))
             }
         }
     }
@@ -542,8 +481,7 @@ impl InstanceTree<'_> {
             Value::Enumeration(e, _) => ValueKind::Enumeration(e.literals.clone().into()),
             Value::Text(_) => return Ok(value),
             Value::Array(_) | Value::Record(_) | Value::Object(_) => {
-                self.table.report(Diagnostic::error(Code::ArrayShape, "`String` takes a scalar").at(span, ""));
-                return Err(Reported);
+                return Err(self.error(Code::ArrayShape, span, "`String` takes a scalar"));
             }
         };
         Ok(Value::Text(format.text(value.as_stored().unwrap_or(0.0), &kind).into()))
@@ -560,8 +498,7 @@ impl InstanceTree<'_> {
     ) -> Result<TextFormat, Reported> {
         let mut format = TextFormat::default();
         if positional.is_empty() {
-            self.table.report(Diagnostic::error(Code::BadArguments, "`String` takes a value").at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::BadArguments, span, "`String` takes a value"));
         }
         // By position: a format alone, or minimum length and side.
         const BY_POSITION: [&str; 2] = ["minimumLength", "leftJustified"];
@@ -582,8 +519,7 @@ impl InstanceTree<'_> {
                 ("format", _, Value::Text(text)) => format.format = Some(text.to_string()),
                 _ => {
                     let message = format!("`String` has no argument `{name}` of type {}", value.type_name());
-                    self.table.report(Diagnostic::error(Code::BadArguments, message).at(expr.span, ""));
-                    return Err(Reported);
+                    return Err(self.error(Code::BadArguments, expr.span, message));
                 }
             }
         }

@@ -3,7 +3,7 @@
 //! Sizes follow from those of the operands (Modelica 3.6, chapter 10); the result of a function has the sizes that its declaration
 //! says, which may ask for those of the arguments.
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::{
     Arguments, BinaryOp, ClassKind, ComponentRef, Direction, Expr, ExprKind, Ident, Iterator, Name, Variability,
 };
@@ -12,7 +12,7 @@ use hyd_syntax::visit::{Role, Visitor, walk_expr, walk_reference};
 use crate::builtins::{Builtin, SizeFault, SizesOf};
 use crate::instantiation::instance::Scope;
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::work::volume;
 use crate::values::evaluate::Env;
 use crate::values::value::Value;
@@ -52,7 +52,7 @@ impl Visitor for Reads {
 
 /// The arguments of a function of the language.
 struct List<'a, 's> {
-    tree: &'a mut InstanceTree<'s>,
+    scopes: &'a mut Scopes<'s>,
     function: Builtin,
     span: Span,
     list: &'a [Expr],
@@ -68,26 +68,24 @@ impl SizesOf for List<'_, '_> {
     }
 
     fn sizes(&mut self, k: usize) -> Result<Vec<usize>, Reported> {
-        self.tree.shape_of(&self.list[k], self.scope, self.env)
+        self.scopes.shape_of(&self.list[k], self.scope, self.env)
     }
 
     fn number(&mut self, k: usize) -> Result<usize, Reported> {
-        let value = self.tree.evaluate(&self.list[k], self.scope, self.env)?;
+        let value = self.scopes.evaluate(&self.list[k], self.scope, self.env)?;
         value.as_integer().and_then(|k| usize::try_from(k).ok()).ok_or_else(|| {
             let message = "a size is an integer from 0";
-            self.tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(self.list[k].span, ""));
-            Reported
+            self.scopes.error(Code::ArrayShape, self.list[k].span, message)
         })
     }
 
     fn fault(&mut self, fault: SizeFault) -> Reported {
         let (code, message) = fault.message(self.function);
-        self.tree.table.report(Diagnostic::error(code, message).at(fault.place(|k| self.list[k].span, self.span), ""));
-        Reported
+        self.scopes.error(code, fault.place(|k| self.list[k].span, self.span), message)
     }
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// True if the value of an expression changes during the run.
     pub(crate) fn depends_on_run(&mut self, expr: &Expr, scope: Scope, env: &Env) -> bool {
         let own = env.names.iter().map(|(name, _)| name.clone()).collect();
@@ -98,8 +96,9 @@ impl InstanceTree<'_> {
             match self.resolve(scope, &reference) {
                 Ok(Resolved::Time) => true,
                 Ok(Resolved::Variable(steps)) => {
-                    let last = &self.instances[steps[steps.len() - 1].0];
-                    last.variability > Variability::Parameter
+                    let inst = steps[steps.len() - 1].0;
+                    let last = &self.instances[inst];
+                    self.variability(inst) > Variability::Parameter
                         && (last.primitive.is_some() || last.kind == ClassKind::Record)
                 }
                 _ => false,
@@ -187,10 +186,10 @@ impl InstanceTree<'_> {
         scope: Scope,
         env: &Env,
     ) -> Result<Vec<usize>, Reported> {
-        let last = self.quietly(|tree| tree.shape_of(otherwise, scope, env));
+        let last = self.quietly(|scopes| scopes.shape_of(otherwise, scope, env));
         let mut same = last.is_ok();
         for (_, value) in branches {
-            same = same && self.quietly(|tree| tree.shape_of(value, scope, env)) == last;
+            same = same && self.quietly(|scopes| scopes.shape_of(value, scope, env)) == last;
         }
         if same {
             return last;
@@ -208,8 +207,7 @@ impl InstanceTree<'_> {
 
     fn size_unknown(&mut self, span: Span) -> Reported {
         let message = "the size of this expression is not known before the run";
-        self.not_structural(span, message.into());
-        Reported
+        self.not_structural(span, message.into())
     }
 
     fn shape_of_reference(
@@ -258,7 +256,7 @@ impl InstanceTree<'_> {
     ) -> Result<Vec<usize>, Reported> {
         match self.predefined(scope, function) {
             Some(builtin) => builtin.sizes(&mut List {
-                tree: self,
+                scopes: self,
                 function: builtin,
                 span: expr.span,
                 list: positional,

@@ -5,10 +5,10 @@ use hyd_syntax::tree::{Component, ComponentRef, Direction, Expr, ExprKind, Exter
 
 use crate::external::{self, Given};
 use crate::instantiation::instance::{LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::values::value::Value;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The constructor function of a class of external objects; `None` for any other class.
     pub fn constructor_of_object(&mut self, local: &LocalClass) -> Result<Option<LocalClass>, Reported> {
         if !self.is_object(local)? {
@@ -21,8 +21,7 @@ impl InstanceTree<'_> {
                 let name = self.table.full_name(local.class);
                 let declared = self.table.class(local.class).def.name.span;
                 let message = format!("the external object `{name}` has no function `constructor`");
-                self.table.report(Diagnostic::error(Code::UnknownName, message).at(declared, ""));
-                Err(Reported)
+                Err(self.error(Code::UnknownName, declared, message))
             }
         }
     }
@@ -39,10 +38,7 @@ impl InstanceTree<'_> {
     pub fn external_value(&mut self, span: Span, name: &str, arguments: &[Value]) -> Option<Result<Given, Reported>> {
         let table = &mut self.table;
         let given = external::call(name, arguments, &mut |file| table.data_file(file))?;
-        Some(given.map_err(|sentence| {
-            self.table.report(Diagnostic::error(Code::Value, sentence).at(span, ""));
-            Reported
-        }))
+        Some(given.map_err(|sentence| self.error(Code::Value, span, sentence)))
     }
 
     /// Calls the external function of a clause with these arguments: what it gives to variables of the function around; `None` where it is

@@ -10,7 +10,7 @@ use crate::classes::class::elements;
 use crate::classes::heir::Level;
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
 /// A variable of a function.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub struct FunctionComponent {
     pub value_scope: Option<Scope>,
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Components of a function with the frame in which each is declared.
     pub(crate) fn components_of(&self, shape: &Shape) -> Vec<(u32, Component)> {
         let mut components = Vec::new();
@@ -65,7 +65,7 @@ impl InstanceTree<'_> {
         if let Some(scope) = self.scope_of_level(inst, around) {
             return Ok(Some(scope));
         }
-        let inst = self.package_instance(&LocalClass::plain(around.members))?;
+        let inst = self.package_of(&LocalClass::plain(around.members))?;
         let shape = self.table.shape(around.members)?;
         let frame = shape.frames.iter().position(|f| f.class == around.text).unwrap_or(0);
         Ok(Some(Scope { inst, frame: frame as u32 }))

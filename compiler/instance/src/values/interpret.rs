@@ -12,7 +12,7 @@ use hyd_syntax::tree::{
 
 use crate::instantiation::instance::{InstId, Scope};
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::work::{ELEMENT, STATEMENT, volume};
 use crate::values::evaluate::Env;
 use crate::values::external_call::is_set_by_call;
@@ -44,7 +44,7 @@ struct Part {
     positions: Vec<(Span, Value)>,
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The outputs of a call of a user's function; `None` if the name is not a function that has an algorithm.
     pub(crate) fn call_function(
         &mut self,
@@ -116,8 +116,7 @@ impl InstanceTree<'_> {
 
     pub(crate) fn too_deep(&mut self, span: Span) -> Reported {
         let message = format!("functions call each other deeper than {MAX_CALLS} levels at translation");
-        self.table.report(Diagnostic::error(Code::Limit, message).at(span, ""));
-        Reported
+        self.error(Code::Limit, span, message)
     }
 
     /// Gives inputs what the call says or their defaults, and the others their defaults.
@@ -149,8 +148,7 @@ impl InstanceTree<'_> {
                 },
                 (None, None) if is_input => {
                     let message = format!("the input `{name}` has no value");
-                    self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
-                    return Err(Reported);
+                    return Err(self.error(Code::BadArguments, span, message));
                 }
                 (None, None) => match self.unset(component, own, inner)? {
                     Some(value) => value,
@@ -174,8 +172,7 @@ impl InstanceTree<'_> {
         for (_, output) in components.iter().filter(|(_, c)| c.direction == Some(Direction::Output)) {
             let Some((_, value)) = inner.names.iter().find(|(n, _)| *n == output.name.name) else {
                 let message = format!("`{function}` does not set its output `{}`", output.name.name);
-                self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
-                return Err(Reported);
+                return Err(self.error(Code::BadArguments, span, message));
             };
             outputs.push(fitted(output, value.clone()));
         }
@@ -234,8 +231,7 @@ impl InstanceTree<'_> {
         if sizes.len() != component.dims.len() || volume(&sizes).is_none() {
             let span = component.dims.first().map_or(component.name.span, |dim| dim.span);
             let message = format!("the size of `{}` is not an integer in range", component.name.name);
-            self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::ArrayShape, span, message));
         }
         sizes.extend(self.sizes_of_type(component, scope)?);
         Ok(sizes)
@@ -278,8 +274,7 @@ impl InstanceTree<'_> {
                 }
             }
             StatementKind::For(iterators, body) => {
-                let flow = self.run_loop(iterators, body, scope, env)?;
-                return Ok(if flow == Flow::Return { flow } else { Flow::Next });
+                return self.run_loop(iterators, body, scope, env);
             }
             StatementKind::While(condition, body) => {
                 while self.holds(condition, scope, env)? {
@@ -298,8 +293,7 @@ impl InstanceTree<'_> {
             }
             StatementKind::When(_) => {
                 let message = "`when` is not allowed in a function";
-                self.table.report(Diagnostic::error(Code::Misplaced, message).at(statement.span, ""));
-                return Err(Reported);
+                return Err(self.error(Code::Misplaced, statement.span, message));
             }
         }
         Ok(Flow::Next)
@@ -342,8 +336,7 @@ impl InstanceTree<'_> {
         {
             return Ok(outputs);
         }
-        self.table.report(Diagnostic::error(Code::BadArguments, "a function is needed here").at(span, ""));
-        Err(Reported)
+        Err(self.error(Code::BadArguments, span, "a function is needed here"))
     }
 
     fn holds(&mut self, condition: &Expr, scope: Scope, env: &Env) -> Result<bool, Reported> {
@@ -351,8 +344,7 @@ impl InstanceTree<'_> {
             Value::Boolean(holds) => Ok(holds),
             other => {
                 let message = format!("a condition must be Boolean, not {}", other.type_name());
-                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(condition.span, ""));
-                Err(Reported)
+                Err(self.error(Code::TypeMismatch, condition.span, message))
             }
         }
     }
@@ -365,12 +357,7 @@ impl InstanceTree<'_> {
         env: &mut Env,
     ) -> Result<Flow, Reported> {
         let Some((iterator, rest)) = iterators.split_first() else { return self.run_statements(body, scope, env) };
-        let Some(range) = &iterator.range else {
-            let message = format!("the range of `{}` must be written", iterator.name.name);
-            self.table.report(Diagnostic::error(Code::NotStructural, message).at(iterator.name.span, ""));
-            return Err(Reported);
-        };
-        for value in self.evaluate(range, scope, env)?.items().iter() {
+        for value in self.values_of(iterator, scope, env)?.items().iter() {
             env.names.push((iterator.name.name.clone(), value.clone()));
             let flow = self.run_loop(rest, body, scope, env);
             if let Some(at) = env.names.iter().rposition(|(n, _)| *n == iterator.name.name) {
@@ -378,7 +365,9 @@ impl InstanceTree<'_> {
             }
             match flow? {
                 Flow::Next => {}
-                other => return Ok(other),
+                // The loops of further iterators stand inside (11.2.2.3): this one is left, and those around it go on.
+                Flow::Break => break,
+                Flow::Return => return Ok(Flow::Return),
             }
         }
         Ok(Flow::Next)
@@ -399,8 +388,7 @@ impl InstanceTree<'_> {
                 return Ok(());
             }
             let message = format!("`{name}` has no value yet that a part could be set of");
-            self.table.report(Diagnostic::error(Code::NoValue, message).at(target.span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::NoValue, target.span, message));
         };
         // Subscripts may read the array that is written to.
         let mut parts = Vec::with_capacity(target.parts.len());
@@ -413,8 +401,7 @@ impl InstanceTree<'_> {
             let mut positions = Vec::with_capacity(part.subscripts.len());
             for (k, subscript) in part.subscripts.iter().enumerate() {
                 let Some(&size) = sizes.get(k) else {
-                    self.table.report(Diagnostic::error(Code::ArrayShape, "too many subscripts").at(target.span, ""));
-                    return Err(Reported);
+                    return Err(self.error(Code::ArrayShape, target.span, "too many subscripts"));
                 };
                 positions.push((subscript.span, self.positions_of(subscript, size, scope, env)?));
             }
@@ -488,11 +475,10 @@ impl InstanceTree<'_> {
             return Ok(());
         };
         let Value::Array(items) = whole else {
-            self.table.report(Diagnostic::error(Code::ArrayShape, "too many subscripts").at(span, ""));
-            return Err(Reported);
+            return Err(self.error(Code::ArrayShape, span, "too many subscripts"));
         };
         let count = items.len();
-        let mut place = |tree: &mut Self, k: &Value, value: Value| -> Result<(), Reported> {
+        let mut place = |scopes: &mut Self, k: &Value, value: Value| -> Result<(), Reported> {
             let position = match k {
                 Value::Integer(k) => *k,
                 Value::Enumeration(_, k) => i64::from(*k),
@@ -504,11 +490,10 @@ impl InstanceTree<'_> {
                 .and_then(|k| usize::try_from(k).ok())
                 .and_then(|k| Arc::make_mut(items).get_mut(k))
             {
-                Some(item) => tree.set_elements(span, item, rest, inner, value),
+                Some(item) => scopes.set_elements(span, item, rest, inner, value),
                 None => {
                     let message = format!("subscript {position} is outside 1..{count}");
-                    tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(*place_of, ""));
-                    Err(Reported)
+                    Err(scopes.error(Code::ArrayShape, *place_of, message))
                 }
             }
         };
@@ -519,8 +504,7 @@ impl InstanceTree<'_> {
             (Value::Array(list), value) => {
                 let given = value.shape().first().copied().unwrap_or(1);
                 let message = format!("{given} values are given to {} elements", list.len());
-                self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-                Err(Reported)
+                Err(self.error(Code::ArrayShape, span, message))
             }
             (single, value) => place(self, single, value),
         }

@@ -12,6 +12,7 @@ mod overloads;
 pub(crate) mod override_value;
 pub(crate) mod parameter_value;
 pub(crate) mod parts;
+pub mod range;
 pub(crate) mod record;
 pub(crate) mod record_value;
 pub(crate) mod substitute;

@@ -1,22 +1,23 @@
 //! What functions of the language tell of instances: `getInstanceName`, `cardinality`, `Connections.isRoot` and `rooted`
 //! (Modelica 3.6, sections 3.7.4.3, 3.7.4.4 and 9.4.1).
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::{Expr, ExprKind};
 
 use crate::builtins::Builtin;
 use crate::instantiation::instance::{InstId, Scope, chain, path};
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::{InstanceTree, Rooting};
+use crate::instantiation::scopes::{Rooting, Scopes};
 use crate::values::value::Value;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// `getInstanceName()`: the path of the instance around, the name of the model in front.
     pub(crate) fn instance_name(&mut self, span: Span, scope: Scope) -> Result<Value, Reported> {
         let around = chain(&self.instances, scope.inst);
         if around.iter().any(|&inst| !self.instances[inst].dims.is_empty()) {
-            self.not_structural(span, "`getInstanceName()` differs between the elements of an array".into());
-            return Err(Reported);
+            return Err(
+                self.not_structural(span, "`getInstanceName()` differs between the elements of an array".into())
+            );
         }
         let model = self.instances[around[0]].class.map(|class| self.table.full_name(class)).unwrap_or_default();
         let inside = path(&self.instances, scope.inst);
@@ -40,8 +41,7 @@ impl InstanceTree<'_> {
         }
         let what = if asked == Builtin::Cardinality { "a connector" } else { "a variable of a connector" };
         let message = format!("`{}` takes {what}", asked.name());
-        self.table.report(Diagnostic::error(Code::BadArguments, message).at(span, ""));
-        Err(Reported)
+        Err(self.error(Code::BadArguments, span, message))
     }
 
     /// What is known of each element; empty where nothing has been said of any.
@@ -52,20 +52,17 @@ impl InstanceTree<'_> {
         inst: InstId,
     ) -> Result<Vec<Value>, Reported> {
         let known = match asked {
-            Builtin::Cardinality => self.connected.as_ref().map(|connected| {
+            Builtin::Cardinality => self.found.connected.as_ref().map(|connected| {
                 let degrees = connected.get(&inst).map_or(&[][..], Vec::as_slice);
                 degrees.iter().map(|&degree| Value::Integer(i64::from(degree))).collect()
             }),
-            _ => self.rooting.as_ref().map(|rooting| {
+            _ => self.found.rooting.as_ref().map(|rooting| {
                 let rooting = rooting.get(&inst).map_or(&[][..], Vec::as_slice);
                 let told = |r: &Rooting| if asked == Builtin::IsRoot { r.is_root } else { r.rooted };
                 rooting.iter().map(|rooting| Value::Boolean(told(rooting))).collect()
             }),
         };
-        known.ok_or_else(|| {
-            self.not_structural(span, format!("`{}` is known in equations only", asked.name()));
-            Reported
-        })
+        known.ok_or_else(|| self.not_structural(span, format!("`{}` is known in equations only", asked.name())))
     }
 
     /// Sizes and subscripts on the way from the model to a component; where an array around it has no subscript, it is noted to be made in
@@ -82,8 +79,9 @@ impl InstanceTree<'_> {
             let written = steps.iter().find(|(step, _)| *step == inst).map_or(&[][..], |(_, s)| s.as_slice());
             if written.len() != dims.len() {
                 self.differing.insert(path(&self.instances, inst));
-                self.not_structural(span, format!("`{}` differs between the elements of an array", asked.name()));
-                return Err(Reported);
+                return Err(
+                    self.not_structural(span, format!("`{}` differs between the elements of an array", asked.name()))
+                );
             }
             all.extend(dims.into_iter().zip(written.iter().cloned()));
         }

@@ -5,9 +5,9 @@ use hyd_syntax::tree::{ClassKind, Direction, Expr, Ident, Name};
 
 use crate::classes::class::{ClassId, nested_classes};
 use crate::instantiation::instance::LocalClass;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The functions of an operator (`'+'`, `'constructor'`) of a record, in the order of the text; none where it declares none.
     pub fn overloads(&mut self, record: ClassId, operator: &str) -> Vec<LocalClass> {
         let Some(class) = self.table.member_class(record, &Name::from(operator)) else { return Vec::new() };

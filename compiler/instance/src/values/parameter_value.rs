@@ -6,31 +6,27 @@ use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::Variability;
 
 use crate::classes::modifier::Applied;
-use crate::instantiation::instance::{InstId, Known, ScalarType, path};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::instance::{InstId, ScalarType, path};
+use crate::instantiation::scopes::{Known, Scopes};
 use crate::values::evaluate::Env;
 use crate::values::override_value::read_value;
 use crate::values::value::{Value, widen};
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The value of a parameter or constant: sizes of the arrays its binding is spread over first, own sizes after.
     pub fn value_of(&mut self, inst: InstId, span: Span) -> Result<Value, Reported> {
-        match self.instances[inst].known.clone() {
-            Known::Yes(value) => return Ok(value),
-            Known::Failed => return Err(Reported),
-            Known::Open => {
-                return Err(self.value_circle(inst, span));
-            }
-            Known::No => {}
+        match self.known.get(&inst) {
+            Some(Known::Yes(value)) => return Ok(value.clone()),
+            Some(Known::Open) => return Err(self.value_circle(inst, span)),
+            _ if self.has_failed(inst) => return Err(Reported),
+            _ => {}
         }
-        self.instances[inst].known = Known::Open;
+        self.known.insert(inst, Known::Open);
         self.open_values.push((inst, span));
         let value = self.compute(inst, span);
         self.open_values.pop();
-        self.instances[inst].known = match &value {
-            Ok(value) => Known::Yes(value.clone()),
-            Err(Reported) => Known::Failed,
-        };
+        let known = value.clone().map_or(Known::Failed, Known::Yes);
+        self.known.insert(inst, known);
         if let Some(guessed) = &mut self.guessed {
             guessed.push(inst);
         }
@@ -66,10 +62,9 @@ impl InstanceTree<'_> {
             if self.is_broken(inst) {
                 return Err(Reported);
             }
-            self.not_structural(span, format!("`{name}` is a component, not a value"));
-            return Err(Reported);
+            return Err(self.not_structural(span, format!("`{name}` is a component, not a value")));
         };
-        if instance.variability > Variability::Parameter {
+        if self.variability(inst) > Variability::Parameter {
             let declared = instance.span;
             // No variable of the run is a String: it only lacks the word `parameter`.
             let text = matches!(primitive.scalar, ScalarType::Text);
@@ -129,8 +124,7 @@ impl InstanceTree<'_> {
         let value = self.evaluate_applied(&applied)?;
         if integer && value.flatten().iter().any(|v| matches!(v, Value::Real(_))) {
             let place = applied.tree.binding.as_ref().map_or(span, |b| b.span);
-            self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value"));
-            return Err(Reported);
+            return Err(self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value")));
         }
         Ok(if real { widen(value) } else { value })
     }
@@ -150,8 +144,8 @@ impl InstanceTree<'_> {
         let outer = self.guessed.replace(Vec::new());
         let value = self.evaluate_applied(applied);
         for inst in std::mem::replace(&mut self.guessed, outer).unwrap_or_default() {
-            if matches!(self.instances[inst].known, Known::Yes(_) | Known::Failed) {
-                self.instances[inst].known = Known::No;
+            if !matches!(self.known.get(&inst), Some(Known::Open)) {
+                self.known.remove(&inst);
             }
         }
         value
@@ -159,7 +153,7 @@ impl InstanceTree<'_> {
 
     /// True for a parameter with `fixed = false`, or of whose elements one has it.
     pub fn is_free(&mut self, inst: InstId) -> bool {
-        if self.instances[inst].variability != Variability::Parameter {
+        if self.variability(inst) != Variability::Parameter {
             return false;
         }
         let Some(primitive) = &self.instances[inst].primitive else { return false };

@@ -2,22 +2,22 @@
 //!
 //! An array of components is one instance as long as its elements share their structure.  A parameter that decides sizes,
 //! conditions or equations may have another value in each element (Modelica 3.6, section 7.2.5).  Such an array is noted in
-//! [`InstanceTree::differing`] when the value is asked for; the model is then instantiated anew with the array made *in parts*: the
+//! [`Scopes::differing`] when the value is asked for; the model is then instantiated anew with the array made *in parts*: the
 //! array itself is only a name with sizes, its elements `c[1]`, `c[2]`, ... are components of their own.  References take the part
-//! that their subscripts name (`part_text`), values of modifications are taken apart by [`InstanceTree::evaluate_applied`].
+//! that their subscripts name (`part_text`), values of modifications are taken apart by [`Scopes::evaluate_applied`].
 
 use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Reported, Span};
 use hyd_syntax::tree::Expr;
 
 use crate::classes::modifier::Applied;
 use crate::instantiation::instance::{InstId, chain};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::values::evaluate::Env;
 use crate::values::value::{Value, first_if_uniform};
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// Of the value that a modification gives to all elements: what it is for the parts in `spread`.  A value without the sizes of
     /// the array is left as it is.
     pub(crate) fn value_for_parts(&mut self, expr: &Arc<Expr>, applied: &Applied) -> Result<Value, Reported> {
@@ -46,8 +46,7 @@ impl InstanceTree<'_> {
                 if shape.get(..dims.len()) != Some(&dims[..]) {
                     let name = self.path_of_arrays(array);
                     let message = format!("`{name}` has the sizes {dims:?}, but this value has {shape:?}");
-                    self.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-                    return Err(Reported);
+                    return Err(self.error(Code::ArrayShape, span, message));
                 }
                 let mut element = value;
                 for k in at {

@@ -4,14 +4,14 @@
 //! `d = Data(a = 1)` gives `d.a = 1`, `d = e` gives `d.a = e.a`.  What has no name of its own, such as the default of a field that
 //! a constructor call leaves out, stays a field of the call.
 
-use hyd_source::{Code, Diagnostic, Reported};
+use hyd_source::{Code, Reported};
 use hyd_syntax::tree::{Arguments, ClassKind, ComponentRef, Expr, ExprKind, Ident, Name, RefPart};
 
 use crate::builtins::Builtin;
 use crate::classes::class::ClassId;
 use crate::instantiation::instance::{LocalClass, Scope};
 use crate::instantiation::lookup::Resolved;
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 
 /// The same expression with other parts where its values come from; `None` if it has no parts of that kind.
 /// `fills`: a call is one of `fill`, which repeats a record like any other value.
@@ -46,7 +46,7 @@ fn with_parts(
     Ok(Some(Expr { kind, span: expr.span }))
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The record whose constructor is called, if it is one.
     pub fn constructed(&mut self, scope: Scope, function: &ComponentRef) -> Result<Option<LocalClass>, Reported> {
         let Resolved::Class(local) = self.resolve(scope, function)? else { return Ok(None) };
@@ -61,11 +61,11 @@ impl InstanceTree<'_> {
     /// True if the field of a constructor's record is a String.
     pub fn is_text_field(&mut self, scope: Scope, record: &Expr, name: &Name) -> bool {
         let ExprKind::Call(function, _) = &record.kind else { return false };
-        let found = self.quietly(|tree| match tree.constructed(scope, function)? {
+        let found = self.quietly(|scopes| match scopes.constructed(scope, function)? {
             Some(local) => {
-                let shape = tree.table.shape(local.class)?;
+                let shape = scopes.table.shape(local.class)?;
                 let element = shape.by_name.get(name).map(|&k| &shape.elements[k as usize]);
-                Ok::<_, Reported>(element.and_then(|element| tree.declared(&shape, element)))
+                Ok::<_, Reported>(element.and_then(|element| scopes.declared(&shape, element)))
             }
             None => Ok(None),
         });
@@ -91,8 +91,7 @@ impl InstanceTree<'_> {
             }
             _ => {
                 let message = "a value of a record must be a record, its constructor, or a function that gives one";
-                self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
-                Err(Reported)
+                Err(self.error(Code::TypeMismatch, expr.span, message))
             }
         }
     }
@@ -121,8 +120,7 @@ impl InstanceTree<'_> {
                     if !self.table.shape(local.class)?.by_name.contains_key(name) {
                         let record = self.table.full_name(local.class);
                         let message = format!("`{record}` has no field `{name}`, which is needed here");
-                        self.table.report(Diagnostic::error(Code::TypeMismatch, message).at(expr.span, ""));
-                        return Err(Reported);
+                        return Err(self.error(Code::TypeMismatch, expr.span, message));
                     }
                 }
             }

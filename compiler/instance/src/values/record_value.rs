@@ -7,7 +7,7 @@ use hyd_syntax::tree::{Arguments, ClassKind, Component, Expr, ExprKind, Ident, N
 
 use crate::classes::modifier::AstMod;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
-use crate::instantiation::tree::InstanceTree;
+use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 use crate::values::constructor::{RecordField, RecordMaker, Said, construct, declared};
 use crate::values::evaluate::Env;
@@ -15,7 +15,7 @@ use crate::values::value::{Value, widen};
 
 /// Values of fields before the run.
 struct Values<'t, 's, 'e> {
-    tree: &'t mut InstanceTree<'s>,
+    scopes: &'t mut Scopes<'s>,
     /// Where the arguments stand, or the declaration of a variable.
     scope: Scope,
     env: &'e Env,
@@ -26,7 +26,7 @@ struct Values<'t, 's, 'e> {
 impl Values<'_, '_, '_> {
     fn fitted(&mut self, value: Value, field: &RecordField) -> Value {
         let real = matches!(
-            self.tree.type_of(field.type_scope, &field.declaration.class),
+            self.scopes.type_of(field.type_scope, &field.declaration.class),
             Ok(TypeOf::Scalar(crate::ScalarType::Real))
         );
         if real { widen(value) } else { value }
@@ -41,12 +41,12 @@ impl<'s> RecordMaker<'s> for Values<'_, 's, '_> {
     type Value = Value;
     type Fail = Reported;
 
-    fn tree(&mut self) -> &mut InstanceTree<'s> {
-        self.tree
+    fn scopes(&mut self) -> &mut Scopes<'s> {
+        self.scopes
     }
 
     fn given(&mut self, expr: &Expr, field: &RecordField) -> Result<Value, Reported> {
-        let value = self.tree.evaluate(expr, self.scope, self.env)?;
+        let value = self.scopes.evaluate(expr, self.scope, self.env)?;
         Ok(self.fitted(value, field))
     }
 
@@ -60,10 +60,10 @@ impl<'s> RecordMaker<'s> for Values<'_, 's, '_> {
         let value = match fields {
             Some(fields) => {
                 let env = self.inside(fields);
-                self.tree.evaluate(expr, scope, &env)?
+                self.scopes.evaluate(expr, scope, &env)?
             }
-            None if scope.inst == self.scope.inst => self.tree.evaluate(expr, scope, self.env)?,
-            None => self.tree.evaluate(expr, scope, &Env { calls: self.env.calls + 1, ..Env::default() })?,
+            None if scope.inst == self.scope.inst => self.scopes.evaluate(expr, scope, self.env)?,
+            None => self.scopes.evaluate(expr, scope, &Env { calls: self.env.calls + 1, ..Env::default() })?,
         };
         Ok(self.fitted(value, field))
     }
@@ -71,24 +71,23 @@ impl<'s> RecordMaker<'s> for Values<'_, 's, '_> {
     fn part(&mut self, span: Span, value: Value, at: &[usize]) -> Result<Value, Reported> {
         value.element(at).cloned().ok_or_else(|| {
             let message = "this gives too few elements to an array of records";
-            self.tree.table.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
-            Reported
+            self.scopes.error(Code::ArrayShape, span, message)
         })
     }
 
     fn sizes(&mut self, field: &RecordField, fields: &[(Name, Value)]) -> Result<Vec<usize>, Reported> {
         let env = self.inside(fields);
-        self.tree.local_sizes(&field.declaration, field.scope, &env)
+        self.scopes.local_sizes(&field.declaration, field.scope, &env)
     }
 
     fn unset(&mut self, field: &RecordField, fields: &[(Name, Value)]) -> Result<Option<Value>, Reported> {
         if self.set_later {
             let env = self.inside(fields);
-            return self.tree.unset(&field.declaration, field.scope, &env);
+            return self.scopes.unset(&field.declaration, field.scope, &env);
         }
         let message = format!("the field `{}` has no value", field.name);
         let span = field.declaration.name.span;
-        self.tree.table.report(Diagnostic::error(Code::BadArguments, message).at(span, "declared here"));
+        self.scopes.table.report(Diagnostic::error(Code::BadArguments, message).at(span, "declared here"));
         Err(Reported)
     }
 
@@ -98,12 +97,12 @@ impl<'s> RecordMaker<'s> for Values<'_, 's, '_> {
 
     fn array(&mut self, span: Span, items: Vec<Value>) -> Result<Value, Reported> {
         let array = Value::array(items);
-        self.tree.spend_on(&array, span)?;
+        self.scopes.spend_on(&array, span)?;
         Ok(array)
     }
 }
 
-impl InstanceTree<'_> {
+impl Scopes<'_> {
     /// The record of a constructor call.
     pub(crate) fn constructed_value(
         &mut self,
@@ -117,7 +116,7 @@ impl InstanceTree<'_> {
             return Err(self.too_deep(span));
         }
         let given = self.constructor_arguments(local, span, positional, named)?;
-        construct(&mut Values { tree: self, scope, env, set_later: false }, local, given, only)
+        construct(&mut Values { scopes: self, scope, env, set_later: false }, local, given, only)
     }
 
     /// `record.field`
@@ -177,7 +176,7 @@ impl InstanceTree<'_> {
         let tree = Arc::new(AstMod::from_syntax(&component.modification));
         let said = [Said { tree, scope, at: Vec::new() }];
         let span = component.name.span;
-        declared(&mut Values { tree: self, scope, env, set_later: true }, &local, &said, &sizes, span).map(Some)
+        declared(&mut Values { scopes: self, scope, env, set_later: true }, &local, &said, &sizes, span).map(Some)
     }
 
     /// The value of a component that is a record, at the subscripts of the steps that lead to it.
@@ -195,7 +194,7 @@ impl InstanceTree<'_> {
                 continue;
             }
             let place = subscripts.iter().position(|s| !self.is_one(s)).unwrap_or(subscripts.len());
-            let Some(&size) = sizes.get(place) else { return Err(self.no_meaning(span, "too many subscripts".into())) };
+            let Some(&size) = sizes.get(place) else { return Err(self.no_meaning(span, "too many subscripts")) };
             let chosen = match subscripts.get(place) {
                 Some(subscript) => self.positions_of(subscript, size, scope, env)?,
                 None => Value::array((1..=size as i64).map(Value::Integer).collect()),
@@ -207,7 +206,7 @@ impl InstanceTree<'_> {
                     Value::Integer(k) => *k,
                     Value::Enumeration(_, k) => i64::from(*k),
                     Value::Boolean(b) => i64::from(*b) + 1,
-                    _ => return Err(self.no_meaning(span, "a subscript must be an Integer".into())),
+                    _ => return Err(self.no_meaning(span, "a subscript must be an Integer")),
                 };
                 let mut own = subscripts.to_vec();
                 let expr = Expr { kind: ExprKind::Integer(number), span };

@@ -226,16 +226,6 @@ fn has_integers(value: &Value) -> bool {
     }
 }
 
-/// How many values `start:step:stop` has if one of the three is a Real: a step that misses the end by rounding still counts
-/// (Modelica 3.6, section 10.4.3).  NaN or infinite if the three are.
-pub fn count_of_reals(start: f64, step: f64, stop: f64) -> f64 {
-    /// The least part of a step that is taken for rounding.
-    const SLACK: f64 = 1e-10;
-    let rounding = 4.0 * f64::EPSILON * (start.abs().max(stop.abs()) / step.abs());
-    let count = ((stop - start) / step + SLACK.max(rounding)).floor() + 1.0;
-    if count < 0.0 { 0.0 } else { count }
-}
-
 /// `a op b` for every operator of the language.
 pub fn binary(op: BinaryOp, a: &Value, b: &Value) -> Option<Value> {
     use BinaryOp as Op;

@@ -23,9 +23,9 @@ fn check_set(text: &str, set: &[(&str, &str)]) -> String {
     let class = *classes.last().expect("the text has a class");
     let value = |&(path, text): &(&str, &str)| Override { path: path.into(), text: text.into(), used: false };
     let (printed, said) = match hyd_instance::instantiate(table, class, set.iter().map(value).collect()) {
-        Ok(tree) => {
-            assert_eq!(tree.verify(), Ok(()));
-            (tree.to_string(), tree.table.messages.into_given())
+        Ok((_, scopes)) => {
+            assert_eq!(scopes.verify(), Ok(()));
+            (scopes.to_string(), scopes.table.messages.into_given())
         }
         Err(table) => (String::new(), table.messages.into_given()),
     };

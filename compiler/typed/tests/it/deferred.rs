@@ -44,7 +44,7 @@ equation
     <`assert` takes a condition and a message>
     <there is no function `foo` here>
     <`sin` takes its arguments by position>
-    x: Real = sum(local k: Integer for k): Integer
+    <the range of `k` must be written>
     ");
 }
 

@@ -73,24 +73,25 @@ fn statements_of_a_function_are_typed_one_by_one() {
     y := a^n;
   end f;
 end M;";
-    let seen = with_tree(text, |tree| {
-        let root = Scope { inst: tree.root, frame: 0 };
-        let name = hyd_syntax::tree::Ident { name: "f".into(), span: tree.instances[tree.root].span };
+    let seen = with_tree(text, |scopes| {
+        let root = Scope { inst: scopes.instances.tree().root, frame: 0 };
+        let name =
+            hyd_syntax::tree::Ident { name: "f".into(), span: scopes.instances[scopes.instances.tree().root].span };
         let span = name.span;
         let part = hyd_syntax::tree::RefPart { name, subscripts: Vec::new() };
         let reference = hyd_syntax::tree::ComponentRef { global: false, parts: vec![part], span };
-        let Ok(Resolved::Class(local)) = tree.resolve(root, &reference) else { panic!("the function is there") };
+        let Ok(Resolved::Class(local)) = scopes.resolve(root, &reference) else { panic!("the function is there") };
         let mut typing = Typing::default();
-        let function = Elaborator::new(tree, &mut typing, root, Vec::new()).function(&local).expect("it has types");
-        let again = Elaborator::new(tree, &mut typing, root, Vec::new()).function(&local).expect("it has types");
+        let function = Elaborator::new(scopes, &mut typing, root, Vec::new()).function(&local).expect("it has types");
+        let again = Elaborator::new(scopes, &mut typing, root, Vec::new()).function(&local).expect("it has types");
         assert!(std::rc::Rc::ptr_eq(&function, &again), "it is typed once");
         let types: Vec<String> = function.variables.iter().map(|v| format!("{}: {}", v.name.name, v.ty)).collect();
         let statements = &function.algorithms[0].1;
         let StatementKind::If(branches) = &statements[1].kind else { panic!("an if") };
         let StatementKind::Failed(said) = &branches[0].1[0].kind else { panic!("`b` has no meaning") };
         let StatementKind::Assign(target, value) = &statements[2].kind else { panic!("an assignment") };
-        let last = format!("{} := {}", target.describe(tree), value.describe(tree));
-        assert_eq!(tree.table.messages.count(), 0, "nothing is said before it is reached");
+        let last = format!("{} := {}", target.describe(scopes), value.describe(scopes));
+        assert_eq!(scopes.table.messages.count(), 0, "nothing is said before it is reached");
         format!("{}\n{}\n{last}", types.join(", "), said[0].message)
     });
     insta::assert_snapshot!(seen.expect("it is instantiated"), @r"

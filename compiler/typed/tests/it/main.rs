@@ -8,7 +8,7 @@ mod written;
 
 use std::sync::Arc;
 
-use hyd_instance::{ClassTable, InstanceTree, Scope, SourceText, Sources};
+use hyd_instance::{ClassTable, Scope, Scopes, SourceText, Sources};
 use hyd_syntax::tree::ClassBody;
 use hyd_typed::{Elaborator, Equation, EquationKind, Iterator, Typing};
 
@@ -21,56 +21,58 @@ impl Sources for NoLibraries {
     }
 }
 
-/// Calls `look` with the instance tree of the last class of a text; `None` if there is none.
-fn with_tree<T>(text: &str, look: impl FnOnce(&mut InstanceTree<'_>) -> T) -> Option<T> {
+/// Calls `look` with the scopes of the last class of a text; `None` if there is none.
+fn with_tree<T>(text: &str, look: impl FnOnce(&mut Scopes<'_>) -> T) -> Option<T> {
     let mut sources = NoLibraries;
     let mut table = ClassTable::new(&mut sources);
     let classes = table.add_main("m.hyd", text);
-    let mut tree = hyd_instance::instantiate(table, *classes.last()?, Vec::new()).ok()?;
-    Some(look(&mut tree))
+    let (_, mut scopes) = hyd_instance::instantiate(table, *classes.last()?, Vec::new()).ok()?;
+    Some(look(&mut scopes))
 }
 
 /// The equations of the root's own sections, typed.
-fn equations(tree: &mut InstanceTree<'_>) -> Vec<Equation> {
-    let root = tree.root;
-    let Some(shape) = tree.instances[root].shape.clone() else { return Vec::new() };
+fn equations(scopes: &mut Scopes<'_>) -> Vec<Equation> {
+    let root = scopes.instances.tree().root;
+    let Some(shape) = scopes.instances[root].shape.clone() else { return Vec::new() };
     let mut typing = Typing::default();
     let mut typed = Vec::new();
     for frame in 0..shape.frames.len() as u32 {
-        let def = shape.def(&tree.table, frame).clone();
+        let def = shape.def(&scopes.table, frame).clone();
         let ClassBody::Long { equations, .. } = &def.body else { continue };
         for equation in equations.iter().flat_map(|section| &section.equations) {
             let scope = Scope { inst: root, frame };
-            typed.push(Elaborator::new(tree, &mut typing, scope, Vec::new()).equation(equation));
+            typed.push(Elaborator::new(scopes, &mut typing, scope, Vec::new()).equation(equation));
         }
     }
     typed
 }
 
-fn describe(equation: &Equation, tree: &InstanceTree<'_>, indent: usize, lines: &mut Vec<String>) {
+fn describe(equation: &Equation, scopes: &Scopes<'_>, indent: usize, lines: &mut Vec<String>) {
     let inside = |list: &[Equation], lines: &mut Vec<String>| {
-        list.iter().for_each(|equation| describe(equation, tree, indent + 2, lines));
+        list.iter().for_each(|equation| describe(equation, scopes, indent + 2, lines));
     };
     let line = match &equation.kind {
-        EquationKind::Equal(left, right) => format!("{} = {}", left.describe(tree), right.describe(tree)),
+        EquationKind::Equal(left, right) => format!("{} = {}", left.describe(scopes), right.describe(scopes)),
         EquationKind::Outputs(targets, call) => {
-            let one = |e: &Option<hyd_typed::Expr>| e.as_ref().map_or(String::new(), |e| e.describe(tree));
+            let one = |e: &Option<hyd_typed::Expr>| e.as_ref().map_or(String::new(), |e| e.describe(scopes));
             let targets: Vec<String> = targets.iter().map(one).collect();
-            format!("({}) = {}", targets.join(", "), call.describe(tree))
+            format!("({}) = {}", targets.join(", "), call.describe(scopes))
         }
-        EquationKind::Connect(a, b) => format!("connect({}, {})", a.describe(tree), b.describe(tree)),
+        EquationKind::Connect(a, b) => format!("connect({}, {})", a.describe(scopes), b.describe(scopes)),
         EquationKind::Overdetermined(said) => format!("{said:?}"),
         EquationKind::Fields(_) => "field by field".to_string(),
         EquationKind::For(iterators, _) => {
-            let one = |i: &Iterator| i.range.as_ref().map_or(String::new(), |range| range.describe(tree));
+            let one = |i: &Iterator| i.range.describe(scopes);
             format!("for {} in {}", iterators[0].name.name, one(&iterators[0]))
         }
         EquationKind::If(_) => "if".to_string(),
-        EquationKind::When(branches) => format!("when {}", branches[0].0.describe(tree)),
-        EquationKind::Assert(assertion) => format!("assert {}", assertion.condition.describe(tree)),
-        EquationKind::Terminate(text) => format!("terminate {}", text.describe(tree)),
-        EquationKind::Reinit(state, value) => format!("reinit {} to {}", state.describe(tree), value.describe(tree)),
-        EquationKind::Call(call) => call.describe(tree),
+        EquationKind::When(branches) => format!("when {}", branches[0].0.describe(scopes)),
+        EquationKind::Assert(assertion) => format!("assert {}", assertion.condition.describe(scopes)),
+        EquationKind::Terminate(text) => format!("terminate {}", text.describe(scopes)),
+        EquationKind::Reinit(state, value) => {
+            format!("reinit {} to {}", state.describe(scopes), value.describe(scopes))
+        }
+        EquationKind::Call(call) => call.describe(scopes),
         EquationKind::Failed(said) => {
             let said: Vec<&str> = said.iter().map(|d| d.message.as_str()).collect();
             format!("<{}>", said.join("; "))
@@ -87,12 +89,12 @@ fn describe(equation: &Equation, tree: &InstanceTree<'_>, indent: usize, lines: 
 
 /// The typed equations of the last class of a text, and what was said.
 fn check_text(text: &str) -> String {
-    let typed = with_tree(text, |tree| {
+    let typed = with_tree(text, |scopes| {
         let mut lines = Vec::new();
-        for equation in equations(tree) {
-            describe(&equation, tree, 0, &mut lines);
+        for equation in equations(scopes) {
+            describe(&equation, scopes, 0, &mut lines);
         }
-        lines.extend(tree.table.messages.iter().map(|said| format!("said: {}", said.message)));
+        lines.extend(scopes.table.messages.iter().map(|said| format!("said: {}", said.message)));
         lines.join("\n")
     });
     typed.unwrap_or_else(|| "not instantiated".to_string())

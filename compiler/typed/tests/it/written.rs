@@ -65,17 +65,17 @@ fn the_text_of_a_typed_expression_is_the_one_it_was_made_from() {
     let (mut models, mut count) = (0, 0);
     for path in &all {
         let Ok(text) = std::fs::read_to_string(path) else { continue };
-        let compared = with_tree(&text, |tree| {
+        let compared = with_tree(&text, |scopes| {
             // References into arrays made in parts are written as what they mean.
-            let shape = tree.instances[tree.root].shape.clone().filter(|_| !tree.has_parts())?;
+            let shape = scopes.instances[scopes.instances.tree().root].shape.clone().filter(|_| !scopes.has_parts())?;
             let mut texts = Vec::new();
             for frame in 0..shape.frames.len() as u32 {
-                let def = shape.def(&tree.table, frame).clone();
+                let def = shape.def(&scopes.table, frame).clone();
                 if let ClassBody::Long { equations, .. } = &def.body {
                     texts.extend(equations.iter().flat_map(|section| &section.equations).cloned());
                 }
             }
-            Some(compare(&equations(tree), &texts))
+            Some(compare(&equations(scopes), &texts))
         });
         if let Some(Some(compared)) = compared {
             models += 1;

@@ -67,9 +67,11 @@ pub(crate) fn flatten(name: &str, text: &str) -> Front {
     };
     match hyd_instance::instantiate(table, class, Vec::new()) {
         Err(table) => Front { files: table.files, diagnostics: table.messages.into_given(), flat: None },
-        Ok(mut tree) => {
-            let flat = hyd_flat::flatten(&mut tree);
-            Front { files: tree.table.files, diagnostics: tree.table.messages.into_given(), flat: Some(flat) }
+        Ok((tree, mut scopes)) => {
+            let flat = hyd_flat::flatten(&tree, &mut scopes, &[], &[]);
+            scopes.table.messages.report_all(flat.diagnostics);
+            let diagnostics = scopes.table.messages.into_given();
+            Front { files: scopes.table.files, diagnostics, flat: Some(flat.value) }
         }
     }
 }
