@@ -192,9 +192,15 @@ impl Search<'_> {
             findings.no_law = Some(format!("the text of `{}` does not mean what was fitted", law.equation()));
             return Ok(findings);
         };
-        if again.status == Status::Named {
-            (again.status, again.law) = (Status::Law, Some(law));
-            return Ok(again);
+        let last = again.passes.last().filter(|_| again.status == Status::Named);
+        match last.map(|last| self.hides(last)).transpose()? {
+            Some(false) => {
+                (again.status, again.law) = (Status::Law, Some(law));
+                return Ok(again);
+            }
+            // A form that the data chose fits what it was chosen by: scatter from shot to shot, for one.
+            Some(true) => again.reason = Some("the shots held out show a gap that it does not explain".to_string()),
+            None => {}
         }
         again.passes.truncate(known);
         (findings.passes, findings.runs) = (again.passes, again.runs);

@@ -118,7 +118,7 @@ fn dense_samples_have_no_rows_of_their_own() {
     scratch.write("m.hyd", model);
     let held = |k: usize| if k == 60 { 100.0 } else { (k % 3) as f64 };
     let table: String = (0..=100).map(|k| format!("{},{}\n", k as f64 / 8.0, held(k))).collect();
-    scratch.write("d.csv", &format!("time,u\n{table}"));
+    scratch.write("d.csv", format!("time,u\n{table}"));
     let rows = |intervals: &str| -> Vec<[f64; 4]> {
         let arguments = ["simulate", "m.hyd", "--input", "d.csv", "--hold", "zero", "--tolerance", "1e-9"];
         let outcome = run(scratch.path(), &[&arguments[..], &["--result", "r.csv", "--intervals", intervals]].concat());
