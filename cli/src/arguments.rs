@@ -11,7 +11,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use hyd_run::arguments::{assignment, names};
 pub(crate) use hyd_run::{MessageFormat, Names, RunArguments, SweepArguments};
 
-pub(crate) use authoring::{Doc, Fmt, Lsp, Mcp, New};
+pub(crate) use authoring::{Doc, Fmt, Lsp, Mcp, New, UnitFile};
 pub(crate) use bench::{BenchArguments, BenchVerb, Import, Schema, SchemaKind, Show};
 pub(crate) use shell::{Completions, ManPages};
 pub(crate) use view::View;
@@ -48,6 +48,7 @@ impl Arguments {
             | Verb::Diff(_)
             | Verb::Explain(_)
             | Verb::New(_)
+            | Verb::Unit(_)
             | Verb::Doc(_)
             | Verb::Lsp(_)
             | Verb::Mcp(_)
@@ -101,6 +102,8 @@ pub enum Verb {
     Fmt(Fmt),
     /// Write the map of a library as one HTML page
     Doc(Doc),
+    /// Say what a unit of another tool (*.fmu) has, or write it as a block for models
+    Unit(UnitFile),
     /// Make a folder with a small drive, a study and a README
     New(New),
     /// Serve an editor on standard input and output (Language Server Protocol)

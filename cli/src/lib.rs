@@ -13,6 +13,7 @@ mod build;
 mod build_fmu;
 mod check;
 mod compare;
+mod describe_unit;
 mod diff;
 mod discover;
 mod doc;
@@ -106,6 +107,7 @@ pub fn exit_code(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Doc(verb) => doc::doc(verb),
         Verb::Fmt(verb) => fmt::fmt(verb),
         Verb::New(verb) => new::new(verb),
+        Verb::Unit(verb) => describe_unit::describe(verb),
         Verb::Lsp(verb) => lsp::lsp(verb),
         Verb::Mcp(verb) => mcp::mcp(verb),
         Verb::View(verb) => view::view(verb),

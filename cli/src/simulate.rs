@@ -9,7 +9,7 @@ use hyd_results::{Discard, partial};
 use hyd_run::{InputTable, Recorder, Status, check_usage, finish, interrupt, tell};
 use hyd_verbs::picture::{check_picture, write_picture};
 use hyd_verbs::unit::is_unit;
-use hyd_verbs::{Run, run_diagnostic, with_whole_loops};
+use hyd_verbs::{Joined, Run, run_diagnostic, with_whole_loops};
 
 use crate::arguments::Simulate;
 use crate::translate::{self, translate_with};
@@ -28,7 +28,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     let begin = clock::cpu_seconds();
     let table = arguments.run.inputs.read()?;
     let driven = table.as_ref().map(InputTable::names).unwrap_or_default();
-    let extras = Extras { driven: &driven, ..Extras::default() };
+    let extras = Extras { driven: &driven, joined: true, ..Extras::default() };
     let compilation = translate_with(&arguments.model, Goal::Run, &extras, &[]).inspect_err(|_| {
         if arguments.run.json {
             let _ = output::print("{\"status\":\"rejected\"}\n");
@@ -39,7 +39,12 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     if let Some(path) = &arguments.plot {
         check_picture("--plot", path)?;
     }
+    let units = match compilation.flat.as_deref() {
+        Some(flat) => Joined::open(flat, &arguments.model.libraries.libraries(), Some(&unit::host(None)?))?,
+        None => None,
+    };
     let run = Run {
+        units: units.as_ref(),
         compilation: &compilation,
         set: &arguments.model.set,
         table: table.as_ref(),

@@ -18,10 +18,10 @@ mod variation;
 pub use balance::{Balance, balances};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
 pub use hyd_equations::{Approach, Loops, approaches};
-pub use hyd_flat::{FlatModel, Injection, TermShape};
+pub use hyd_flat::{FlatModel, ForeignBlock, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources, Trees};
 pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean};
-pub use hyd_syntax::{Head, head, print_string};
+pub use hyd_syntax::{Head, head, is_keyword, print_string};
 pub use injection::{InjectionSite, injection_sites};
 pub use opening::{Command, Opening, commands, opened};
 pub use pipeline::{
@@ -29,3 +29,8 @@ pub use pipeline::{
     compile_with, with_whole_loops,
 };
 pub use variation::{Variation, varied};
+
+/// True for a text that is a unit of SI, such as `N.s/m`.
+pub fn is_unit(text: &str) -> bool {
+    hyd_units::parse_unit(text).is_ok()
+}

@@ -5,7 +5,7 @@
 //! that a text gives courses in time, which are what is replaced.
 
 use hyd_source::Files;
-use hyd_syntax::tree::{ClassBody, Element, Equation, EquationKind, Expr, ExprKind, Variability};
+use hyd_syntax::tree::{ClassBody, Direction, Element, Equation, EquationKind, Expr, ExprKind, Variability};
 
 use crate::balance::{rate_of, walk, written};
 
@@ -24,7 +24,8 @@ pub struct Opening {
     pub replaces: bool,
 }
 
-/// A variable that follows a course in time: it is given by an expression of time and of parameters alone.
+/// A variable that follows a course in time: it is given by an expression of time and of parameters alone, or its declaration gives it one in
+/// which inputs of the model stand, too.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Command {
     /// Name of the variable.
@@ -64,13 +65,20 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
             || declared()
                 .any(|own| &*own.name.name == name && own.variability <= Variability::Parameter && own.dims.is_empty())
     };
-    let is_course = |expression: &Expr| {
+    // What it is over time is recorded, or stays as it is.
+    let is_input = |name: &str| {
+        declared().any(|own| {
+            &*own.name.name == name && own.direction == Some(Direction::Input) && own.modification.binding.is_none()
+        })
+    };
+    let is_course = |expression: &Expr, of_inputs: bool| {
         let (mut of_time, mut is_free) = (false, true);
         walk(expression, &mut |part| match &part.kind {
             ExprKind::Ref(name) => {
                 let name = written(text, name.span);
-                of_time |= name == "time";
-                is_free &= is_fixed(name);
+                let is_recorded = of_inputs && is_input(name);
+                of_time |= name == "time" || is_recorded;
+                is_free &= is_fixed(name) || is_recorded;
             }
             // What a call does with its past or with random numbers is not known.
             ExprKind::Call(function, _) => is_free &= function.parts.len() == 1 && rate_of(part).is_none(),
@@ -82,7 +90,7 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
     let mut found = Vec::new();
     for own in declared() {
         let is_real = own.class.parts.last().is_some_and(|part| &*part.name != "Boolean" && &*part.name != "Integer");
-        if let Some(expression) = own.modification.binding.as_ref().filter(|binding| is_course(binding))
+        if let Some(expression) = own.modification.binding.as_ref().filter(|binding| is_course(binding, true))
             && is_real
             && own.variability == Variability::Continuous
             && own.dims.is_empty()
@@ -96,7 +104,7 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
             && let ExprKind::Ref(name) = &left.kind
             && let Some(own) = declared().find(|own| *own.name.name == *written(text, name.span))
             && own.class.parts.last().is_some_and(|part| &*part.name != "Boolean" && &*part.name != "Integer")
-            && is_course(right)
+            && is_course(right, false)
         {
             let whole = files.snippet(equation.span).split_whitespace().collect::<Vec<_>>().join(" ");
             let (name, line) = (written(text, name.span).to_string(), files.location(equation.span).line);

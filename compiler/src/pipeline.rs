@@ -189,6 +189,8 @@ pub struct Extras<'a> {
     pub driven: &'a [String],
     /// Units that do not fit are errors in libraries, too.
     pub strict_units: bool,
+    /// Whoever runs the model joins it with the units of other tools that are blocks of it, see [`hyd_flat::ForeignBlock`].
+    pub joined: bool,
 }
 
 /// As [`compile`], with all that a text does not say.
@@ -262,6 +264,12 @@ fn compile_loops(sources: Texts<'_>, name: &str, text: &str, options: &Options, 
         return result;
     }
     let Some(flat) = result.flat.clone() else { return result };
+    if let Some(block) = flat.foreign.first().filter(|_| options.goal == Goal::Run && !extras.joined) {
+        let message = format!("the model holds the unit `{}` of another tool, which cannot be run here", block.file);
+        let help = "models with units in them are run by `hyd simulate`, `hyd fit` and `hyd discover`";
+        result.diagnostics.push(Diagnostic::error(Code::OutsideProfile, message).at(block.span, "").help(help));
+        return result;
+    }
     let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
     result.undecided_units = units.undecided.into_iter().map(|found| (found.name, found.count as usize)).collect();
     result.inferred_units = units.inferred.into_iter().map(|found| (found.variable, found.unit)).collect();

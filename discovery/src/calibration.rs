@@ -80,6 +80,7 @@ impl Calibration {
             let mut draws = SplitMix(seed.wrapping_add(1 + set as u64).wrapping_mul(0x2545_f491_4f6c_dd1d));
             let bench = like(setup, &problem, &fit, &mut draws)?;
             let mut made = Setup::new(setup.study.clone(), bench, setup.threads)?;
+            made.foreign.clone_from(&setup.foreign);
             made.watch = setup.watch.clone();
             let candidates = candidates.to_vec();
             let search = Search {

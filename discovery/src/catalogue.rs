@@ -355,7 +355,7 @@ pub(crate) fn candidates(
                 // Each place that was found in the equations is one of its own.
                 let fits = |site: &&Site| match site.door {
                     Door::Component => false,
-                    Door::Channel(_) => !effect.is_law,
+                    Door::Channel(_) | Door::Moved(_) => !effect.is_law,
                     Door::Equation { ref law, .. } if !effect.given.is_empty() => {
                         effect.is_law && is_given(effect, law)
                     }

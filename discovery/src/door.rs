@@ -35,6 +35,9 @@ pub enum Door {
     },
     /// The expression of a channel goes through it.
     Channel(String),
+    /// Parameters of the model that move with the trigger are that much later: variable that a modification gives another value, and
+    /// what it is without the effect.
+    Moved(Vec<(String, String)>),
     /// What a variable of the model is given in time goes through it.
     Command {
         /// Variable that a modification gives another value.

@@ -127,7 +127,8 @@ fn elsewhere(setup: &Setup, (condition, moved): (&str, f64), (one, other): (&Tri
     if let Some(value) = bench.shots[shot].conditions.get_mut(condition) {
         *value = moved;
     }
-    let moved = Setup::new(setup.study.clone(), bench, setup.threads)?;
+    let mut moved = Setup::new(setup.study.clone(), bench, setup.threads)?;
+    moved.foreign.clone_from(&setup.foreign);
     let own = Weighing::whole(&[shot], 0.0);
     let residuals = |tried: &Tried| {
         let problem = moved.problem(&tried.hypothesis.machine, &tried.hypothesis.inserts)?;

@@ -7,11 +7,11 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use hyd_compiler::did_you_mean;
+use hyd_compiler::{ForeignBlock, did_you_mean};
 use hyd_runtime::{Options, Simulator};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind};
 
-use crate::foreign::Foreign;
+use crate::foreign::{Foreign, joined};
 use crate::grid::{Derivatives, Grid, Limit};
 use crate::recorded::ShotInputs;
 use crate::span::Span;
@@ -82,18 +82,10 @@ pub struct Machine {
     watch: Watch,
 }
 
-/// Where the systems of a machine come from: a text, or a unit of another tool.
+/// Where the systems of a machine come from: a text, and whoever runs the units of other tools in it.
 struct Origin {
-    translated: Option<Translated>,
-    foreign: Option<Foreign>,
-    channel_names: ChannelNames,
-}
-
-/// What the two ways to a machine have found out.
-struct Parts {
-    origin: Origin,
-    sources: Vec<Source>,
-    limits: Vec<Limit>,
+    translated: Translated,
+    joiner: Option<Foreign>,
 }
 
 struct Worker {
@@ -113,6 +105,7 @@ impl Machine {
         (channels, inputs): (usize, Arc<ShotInputs>),
         tolerance: f64,
         (threads, watch): (usize, &Watch),
+        joiner: Option<&Foreign>,
     ) -> Result<Self, Fault> {
         let model = translated.model.clone();
         let tables = model.instantiate().tables().clone();
@@ -129,64 +122,9 @@ impl Machine {
             let found = tables.find(&name).and_then(|(variable, element)| variable.sources.get(element).copied());
             sources.push(found.ok_or_else(|| Fault::new(format!("the model has lost channel {k}")))?);
         }
-        let channel_names = translated.channels.clone();
-        let make = || Ok(Box::new(model.instantiate()) as Box<dyn DaeSystem>);
-        let parts =
-            Parts { origin: Origin { translated: Some(translated), foreign: None, channel_names }, sources, limits };
-        Self::assemble(parts, &make, inputs, tolerance, (threads, watch))
-    }
-
-    /// The same for a unit of another tool, whose channels are its variables with these names.
-    ///
-    /// # Errors
-    /// When the unit cannot start, or has no such variable.
-    pub(crate) fn of_unit(
-        foreign: Foreign,
-        (channels, driven, inputs): (&[String], &[String], Arc<ShotInputs>),
-        tolerance: f64,
-        (threads, watch): (usize, &Watch),
-    ) -> Result<Self, Fault> {
-        let tables = foreign.instantiate(driven)?.tables().clone();
-        let names = || tables.variables.iter().map(|variable| variable.name.element(0));
-        let source = |expression: &String| {
-            let (name, negated) = match expression.trim().strip_prefix('-') {
-                Some(name) => (name.trim(), true),
-                None => (expression.trim(), false),
-            };
-            let found = tables.find(name).and_then(|(variable, element)| variable.sources.get(element).copied());
-            let unknown = || {
-                let names: Vec<String> = names().collect();
-                let hint = did_you_mean(name, names.iter().map(String::as_str));
-                let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
-                Fault::new(format!(
-                    "the unit has no variable `{name}`{hint}; a channel of a unit is one of its variables, because its insides cannot be \
-                     looked at"
-                ))
-            };
-            let source = found.ok_or_else(unknown)?;
-            Ok(Source { negated: source.negated != negated, ..source })
-        };
-        let sources = channels.iter().map(source).collect::<Result<Vec<_>, Fault>>()?;
-        let limit = |(name, range): (String, (f64, f64))| {
-            let (variable, element) = tables.find(&name)?;
-            Some(Limit { source: *variable.sources.get(element)?, kind: variable.kind.clone(), name, range })
-        };
-        let limits = foreign.limits().into_iter().filter_map(limit).collect();
-        let (model, driven) = (Arc::clone(&foreign), driven.to_vec());
-        let channel_names = ChannelNames::free(std::iter::empty());
-        let origin = Origin { translated: None, foreign: Some(foreign), channel_names };
-        let make = || model.instantiate(&driven);
-        Self::assemble(Parts { origin, sources, limits }, &make, inputs, tolerance, (threads, watch))
-    }
-
-    fn assemble(
-        parts: Parts,
-        make: &dyn Fn() -> Result<Box<dyn DaeSystem>, Fault>,
-        inputs: Arc<ShotInputs>,
-        tolerance: f64,
-        (threads, watch): (usize, &Watch),
-    ) -> Result<Self, Fault> {
-        let Parts { origin, sources, limits } = parts;
+        let blocks = translated.blocks.clone();
+        let make = || joined(Box::new(model.instantiate()), &blocks, joiner);
+        let origin = Origin { translated, joiner: joiner.cloned() };
         let mut system = make()?;
         let tables = system.tables().clone();
         inputs.hand_over(&mut *system, 0)?;
@@ -222,9 +160,14 @@ impl Machine {
         &self.tables
     }
 
+    /// Units of other tools in the model.
+    pub fn blocks(&self) -> &[ForeignBlock] {
+        &self.origin.translated.blocks
+    }
+
     /// How the variables of the channels are called.
     pub fn channel_names(&self) -> &ChannelNames {
-        &self.origin.channel_names
+        &self.origin.translated.channels
     }
 
     /// Number of runs made so far.
@@ -247,12 +190,14 @@ impl Machine {
     /// # Errors
     /// When there is none of this name or it cannot be set.
     pub fn parameter(&self, name: &str) -> Result<(ParameterPlace, f64), Fault> {
-        let found = self.tables.find(name);
+        // A unit may have names that a text can only quote.
+        let found = self.tables.find(name).or_else(|| self.tables.find(&format!("'{name}'")));
         let (variable, element) = found.ok_or_else(|| self.unknown(name))?;
         match (variable.sources.get(element), &variable.settable) {
             (Some(Source { place: Place::Parameter(index), negated }), Settable::Yes) => {
                 let value = self.nominal[*index as usize];
-                let place = ParameterPlace { name: name.to_string(), index: *index as usize, negated: *negated };
+                let name = variable.name.element(element);
+                let place = ParameterPlace { name, index: *index as usize, negated: *negated };
                 Ok((place, if *negated { -value } else { value }))
             }
             _ => Err(Fault::new(format!(
@@ -343,10 +288,10 @@ impl Machine {
     /// The machine with whole loops.
     fn whole(&self) -> Option<&Machine> {
         let make = || {
-            let translated = self.origin.translated.as_ref()?.with_whole_loops()?;
+            let translated = self.origin.translated.with_whole_loops()?;
             let counts = (self.workers.len(), &self.watch);
             let channels = (self.channels.len(), self.inputs.clone());
-            Machine::new(translated, channels, self.tolerance, counts).ok().map(Box::new)
+            Machine::new(translated, channels, self.tolerance, counts, self.origin.joiner.as_ref()).ok().map(Box::new)
         };
         self.whole.get_or_init(make).as_deref()
     }
@@ -367,7 +312,7 @@ impl Machine {
         places: &[ParameterPlace],
         job: &Job,
     ) -> Result<Derived, (Fault, bool)> {
-        if worker.system.tangents().is_some() || job.derived.is_empty() || self.origin.foreign.is_none() {
+        if worker.system.tangents().is_some() || job.derived.is_empty() || self.blocks().is_empty() {
             return self.run_once(worker, span, places, (&job.values, job.span), &job.derived);
         }
         // Differences over steps to both sides, which cancel what is even in the step; runs are as much more exact as the steps are small.
@@ -413,10 +358,10 @@ impl Machine {
         }
         // Waves that run to and fro in delay lines keep the steps short; they are compared with noise, not with each other.
         let waves = self.delays;
-        let tolerance = match (waves, &self.origin.foreign) {
+        let tolerance = match (waves, self.blocks().is_empty()) {
             (true, _) => self.tolerance.max(WAVE_TOLERANCE),
-            (false, Some(_)) => self.tolerance.min(DIFFERENCE_TOLERANCE),
-            (false, None) => self.tolerance,
+            (false, false) => self.tolerance.min(DIFFERENCE_TOLERANCE),
+            (false, true) => self.tolerance,
         };
         let mut options = Options::new(span.start, span.stop).with_tolerance(tolerance);
         options.suppress_algebraic = waves;

@@ -20,6 +20,8 @@ use crate::{Fault, Setup};
 
 /// Id of the place that a channel is.
 const SENSOR: &str = "sensor";
+/// Id of the place that the trigger of a unit is.
+const MOVED: &str = "trigger_moved";
 /// Id of the place that a course in time is.
 const COMMAND: &str = "command";
 
@@ -106,6 +108,17 @@ pub(crate) fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>,
         let site = command(own, workshop, &found);
         found.extend(site);
     }
+    let moved = workshop.opaque.iter().map(|own| &own.moved).filter(|moved| !moved.is_empty());
+    found.extend(moved.map(|moved| Site {
+        id: MOVED.into(),
+        path: "trigger".into(),
+        words: "what moves with the trigger".into(),
+        channel: None,
+        file: workshop.study.as_str().into(),
+        line: setup.study.line(&["shots", "trigger_moves"]),
+        door: Door::Moved(moved.clone()),
+        scales: Vec::new(),
+    }));
     found.extend(setup.data.channels.iter().map(|channel| Site {
         id: SENSOR.into(),
         path: channel.name.clone(),

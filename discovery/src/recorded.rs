@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyd_compiler::did_you_mean;
-use hyd_system::{DaeSystem, Gap, Hold, Series, SeriesError, fill_gaps};
+use hyd_system::{DaeSystem, Gap, Hold, InputSite, Series, SeriesError, fill_gaps};
 
 use crate::bench::Shot;
 use crate::study::{Input, Study};
@@ -72,12 +72,16 @@ pub(crate) struct ShotInputs {
 }
 
 impl ShotInputs {
-    /// The inputs of a translated model in every shot.
+    /// The inputs of a translated model in every shot; `sites`: those of the system that somebody must give values.
     ///
     /// # Errors
     /// A sentence with the line of the study: no such input, elements without a column, a derivative that a held value has not.
-    pub(crate) fn new(study: &Study, shots: &[Shot], system: &dyn DaeSystem, known: &[String]) -> Result<Self, Fault> {
-        let sites = &system.structure().inputs;
+    pub(crate) fn new(
+        study: &Study,
+        shots: &[Shot],
+        (sites, system): (&[InputSite], &dyn DaeSystem),
+        known: &[String],
+    ) -> Result<Self, Fault> {
         for (name, input) in &study.inputs {
             let place = study.place(&["inputs", name]);
             let Some(site) = sites.iter().find(|site| *site.name == **name) else {

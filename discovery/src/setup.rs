@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use hyd_system::{DaeSystem, InputSite};
+
 use crate::catalogue::Candidate;
 use crate::data::Data;
 use crate::disturbance::{Added, Disturbances, Lag, ROOM};
@@ -42,6 +44,8 @@ pub struct Setup {
     pub disturbances: Disturbances,
     /// Number of threads.
     pub threads: usize,
+    /// Who runs units of other tools that are blocks of the model, if anybody does.
+    pub foreign: Option<Foreign>,
     /// How often runs were done again, and whether the work is to end.
     pub watch: Watch,
 }
@@ -127,7 +131,8 @@ impl Setup {
             }
         }
         let (exposed, disturbances, watch) = (Vec::new(), Disturbances::default(), Watch::default());
-        Ok(Self { study, bench, data, train, held_out, exposed, disturbances, threads, watch })
+        let foreign = None;
+        Ok(Self { study, bench, data, train, held_out, exposed, disturbances, threads, foreign, watch })
     }
 
     /// What the user should know of the study beside this set.
@@ -155,6 +160,7 @@ impl Setup {
         let mut setup = Self::with_held_out(study, self.bench.clone(), self.threads, others)?;
         setup.exposed.clone_from(&self.held_out);
         setup.watch = self.watch.clone();
+        setup.foreign.clone_from(&self.foreign);
         setup.data.disturb(&self.disturbances);
         setup.disturbances = self.disturbances.clone();
         Ok(Some(setup))
@@ -169,6 +175,7 @@ impl Setup {
         let mut setup = Self::with_held_out(study, bench, self.threads, self.held_out.clone())?;
         setup.exposed.clone_from(&self.exposed);
         setup.watch = self.watch.clone();
+        setup.foreign.clone_from(&self.foreign);
         setup.data.disturb(&disturbances);
         setup.disturbances = disturbances;
         Ok(setup)
@@ -193,42 +200,23 @@ impl Setup {
             return Err(Fault::run("interrupted"));
         }
         let inputs = self.inputs(&model)?;
-        Machine::new(model, (channels, inputs), self.study.run.tolerance, (self.threads, &self.watch))
-    }
-
-    /// A machine for a unit of another tool with the channels of the set.
-    ///
-    /// # Errors
-    /// When the unit cannot start, or has no variable that a channel names.
-    pub fn machine_of_unit(&self, unit: Foreign) -> Result<Machine, Fault> {
-        if let Some(state) = self.study.initial.keys().next() {
-            let place = self.study.place(&["initial", state]);
-            return Err(Fault::new(format!(
-                "{place}a unit begins where its own start values are; `[initial]` is for texts"
-            )));
-        }
-        let driven = self.driven();
-        let system = unit.instantiate(&driven)?;
-        let inputs = ShotInputs::new(&self.study, &self.bench.shots, &*system, &unit.inputs()).map(Arc::new)?;
-        drop(system);
-        let parts = (self.expressions(), (self.threads, &self.watch));
-        Machine::of_unit(unit, (&parts.0, &driven, inputs), self.study.run.tolerance, parts.1)
+        let counts = (self.threads, &self.watch);
+        Machine::new(model, (channels, inputs), self.study.run.tolerance, counts, self.foreign.as_ref())
     }
 
     /// The recorded inputs of a model.
     fn inputs(&self, model: &Translated) -> Result<Arc<ShotInputs>, Fault> {
         let system = model.model.instantiate();
-        ShotInputs::new(&self.study, &self.bench.shots, &system, &model.inputs).map(Arc::new)
+        let of_unit = |site: &InputSite| {
+            model.blocks.iter().any(|block| block.outputs.iter().any(|(name, _)| *name == *site.name))
+        };
+        let sites: Vec<InputSite> = system.structure().inputs.iter().filter(|site| !of_unit(site)).cloned().collect();
+        ShotInputs::new(&self.study, &self.bench.shots, (&sites, &system), &model.inputs).map(Arc::new)
     }
 
     /// Sentences on inputs of a model that nothing drives.
     pub fn idle_inputs(&self, model: &Translated) -> Vec<String> {
         idle(&self.study, &model.inputs)
-    }
-
-    /// The same of a unit of another tool.
-    pub fn idle_inputs_of_unit(&self, unit: &Foreign) -> Vec<String> {
-        idle(&self.study, &unit.inputs())
     }
 
     /// Names of the inputs of the model that follow columns.

@@ -292,7 +292,7 @@ impl Study {
     }
 
     /// The place of a value, which is found by its keys, as the beginning of a sentence.
-    pub(crate) fn place(&self, keys: &[&str]) -> String {
+    pub fn place(&self, keys: &[&str]) -> String {
         line(&self.text.0, keys).map_or_else(String::new, |line| format!("line {line} of the study: "))
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use hyd_compiler::{Compilation, CompiledModel, Files, FlatModel, Options, with_whole_loops};
+use hyd_compiler::{Compilation, CompiledModel, Files, FlatModel, ForeignBlock, Options, with_whole_loops};
 
 /// Channels are variables of this name and a number, with a number before where a text has the name already.
 const CHANNEL: &str = "hyd_channel";
@@ -15,6 +15,8 @@ pub struct Translated {
     pub channels: ChannelNames,
     /// Names of the inputs of type Real at the top of the model.
     pub inputs: Vec<String>,
+    /// Blocks that are units of other tools.
+    pub(crate) blocks: Arc<[ForeignBlock]>,
     flat: Option<Arc<FlatModel>>,
     files: Files,
     options: Options,
@@ -55,9 +57,16 @@ impl Translated {
     pub(crate) fn new(compilation: Compilation, channels: ChannelNames, options: Options) -> Option<Self> {
         let model = compilation.model?;
         let inputs = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
+        let blocks: Arc<[ForeignBlock]> =
+            compilation.flat.as_deref().map_or_else(|| [].into(), |flat| flat.foreign.clone().into());
         // Only what loops are made whole of is kept.
         let flat = compilation.flat.filter(|_| model.payload().has_torn_loops());
-        Some(Self { model, channels, inputs, flat, files: compilation.files, options })
+        Some(Self { model, channels, inputs, blocks, flat, files: compilation.files, options })
+    }
+
+    /// Units of other tools in the model.
+    pub fn blocks(&self) -> &[ForeignBlock] {
+        &self.blocks
     }
 
     /// The model with all variables of loops as unknowns of the solver; none where no loop is computed one variable after the other,
@@ -65,8 +74,8 @@ impl Translated {
     pub(crate) fn with_whole_loops(&self) -> Option<Self> {
         let model = with_whole_loops(self.flat.as_ref()?, &self.files, &self.options).ok()?;
         let (channels, options) = (self.channels.clone(), self.options.clone());
-        let inputs = self.inputs.clone();
-        Some(Self { model, channels, inputs, flat: None, files: self.files.clone(), options })
+        let (inputs, blocks) = (self.inputs.clone(), self.blocks.clone());
+        Some(Self { model, channels, inputs, blocks, flat: None, files: self.files.clone(), options })
     }
 }
 

@@ -56,6 +56,15 @@ pub struct Workshop<'a> {
     pub driven: Vec<String>,
     /// Full names of the classes of the libraries.
     pub library_classes: Arc<[String]>,
+    /// The model is nothing but a unit of another tool, whose equations nobody sees.
+    pub opaque: Option<Opaque>,
+}
+
+/// What is known of a model that is nothing but a unit of another tool.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Opaque {
+    /// Parameters that move with the trigger: what the unit is given, and what that is by itself.
+    pub moved: Vec<(String, String)>,
 }
 
 /// A redeclaration with values of its parameters.
@@ -100,6 +109,13 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
                 Door::Command { variable, .. } => {
                     commands.insert(variable, format!("{}.y", candidate.component(site)));
                 }
+                Door::Moved(moved) => {
+                    let late = candidate.effect.parameters.first().map_or("", |own| &own.name);
+                    for (variable, value) in moved {
+                        let value = format!("{variable} = {value} + {}.{late}", candidate.component(site));
+                        tree.insert(variable, value, Vec::new());
+                    }
+                }
                 Door::Connector { .. } | Door::Channel(_) => {}
             }
         }
@@ -135,6 +151,7 @@ fn additions(inserts: &[Insert]) -> String {
             let law = match &site.door {
                 Door::Component => continue,
                 Door::Equation { law, .. } => law,
+                Door::Moved(_) => &Law { inputs: Vec::new(), output: "y" },
                 Door::Connector { connector, adapter, socket, law } => {
                     let _ = writeln!(declared, "  {adapter} {name}_at;");
                     let _ = writeln!(equations, "  connect({name}_at.{socket}, {connector});");
@@ -304,6 +321,9 @@ impl Workshop<'_> {
 
     /// Equations of the model with effects to which terms can be added; `names` are those of its channels when it was translated.
     pub fn injection_sites(&self, inserts: &[Insert], names: &ChannelNames) -> Vec<InjectionSite> {
+        if self.opaque.is_some() {
+            return Vec::new();
+        }
         let Ok(preamble) = self.preamble(inserts) else { return Vec::new() };
         let (text, _) =
             self.shown(inserts).measured(&preamble, &self.extended(inserts, "with effects", &[], ""), names);
@@ -407,7 +427,7 @@ impl Workshop<'_> {
         let terms: Vec<Injection> = terms.iter().enumerate().map(|(k, term)| injection(k, term)).collect();
         let compiled = |names: &ChannelNames| {
             let (text, channels) = self.measured(preamble, extended, names);
-            let extras = Extras { terms: &terms, driven: &self.driven, ..Extras::default() };
+            let extras = Extras { terms: &terms, driven: &self.driven, joined: true, ..Extras::default() };
             let compilation = compile_extended(&mut *(self.sources)(), self.name(), &text, &self.options(), &extras);
             (text, channels, compilation)
         };

@@ -208,6 +208,7 @@ pub(crate) fn unknowns(setup: &Setup) -> Result<usize, Fault> {
         class: "Drive".to_string(),
         channels: setup.expressions(),
         library_classes: [].into(),
+        opaque: None,
     };
     let machine = setup.machine(workshop.translate(&[])?)?;
     Ok(setup.problem(&machine, &[])?.unknowns.len())

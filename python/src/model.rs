@@ -338,6 +338,7 @@ impl Model {
         }
         let promised = if arguments.every_step { USUAL_STEPS } else { options.intervals };
         let one = OneRun {
+            units: None,
             compilation: &translated.compilation,
             set: &set,
             table: table.as_ref(),

@@ -32,6 +32,23 @@ pub struct New {
     pub name: PathBuf,
 }
 
+/// `hyd unit`
+#[derive(Args, Debug)]
+pub struct UnitFile {
+    /// The unit
+    #[arg(value_name = "X.fmu")]
+    pub file: PathBuf,
+    /// Writes the unit as a block, for models in which it is a component
+    #[arg(long, short, value_name = "F.hyd")]
+    pub output: Option<PathBuf>,
+    /// The block has this variable, too, which is no output
+    #[arg(long, value_name = "NAME", requires = "output")]
+    pub read: Vec<String>,
+    /// Prints all of it as JSON
+    #[arg(long, conflicts_with = "output")]
+    pub json: bool,
+}
+
 /// `hyd doc`
 #[derive(Args, Debug)]
 pub struct Doc {

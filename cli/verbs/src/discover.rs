@@ -65,13 +65,6 @@ pub fn discover(
     listener: &dyn Listener,
 ) -> Result<Found, Failure> {
     let setup = &opened.setup;
-    if opened.unit.is_some() {
-        return Err(Failure::Fault(format!(
-            "`{}` is a unit of another tool, and its insides cannot be looked at: effects are searched for in the text of a model; `hyd fit` fits \
-             the unit's parameters and tells the gap of every channel",
-            opened.model_file.display()
-        )));
-    }
     std::fs::create_dir_all(&options.report).map_err(|error| {
         Failure::Fault(format!("the folder `{}` cannot be made: {error}", options.report.display()))
     })?;
@@ -79,9 +72,10 @@ pub fn discover(
     let workshop = opened.workshop(&make);
     let begin = Instant::now();
     let progress = |text: &str| listener.progress(begin.elapsed().as_secs_f64(), text);
-    opened.translated(&workshop, listener)?;
+    let base = opened.translated(&workshop, listener)?;
+    let units = opened.units(base.blocks())?;
     let candidates = all_candidates(opened, &workshop, listener)?;
-    let hash = fingerprint(opened, &workshop, &candidates, options.seed)?;
+    let hash = fingerprint(opened, (&workshop, &units), &candidates, options.seed)?;
     // By now all texts and tables have been read; better here than after a long search.
     for name in FILES {
         let path = options.report.join(name);
@@ -118,7 +112,8 @@ pub fn discover(
     }
     let mut report = report.map_err(failure)?;
     tell_whole_loops(setup, listener);
-    folder.write(&mut report, listener)?;
+    let units = opened.units(&report.units)?;
+    folder.write(&mut report, &units, listener)?;
     let json = format!("{:#}\n", report.json);
     write(&options.report, setup, &report, &json)?;
     memory.remove();
@@ -211,7 +206,7 @@ pub(crate) fn all_candidates(
 /// A number that changes with whatever decides a search.
 pub(crate) fn fingerprint(
     opened: &Opened,
-    workshop: &Workshop<'_>,
+    (workshop, units): (&Workshop<'_>, &[(String, Vec<u8>)]),
     candidates: &[Candidate],
     seed: u64,
 ) -> Result<u64, Failure> {
@@ -222,5 +217,6 @@ pub(crate) fn fingerprint(
     let numbers: Vec<u8> = numbers.flat_map(|value| value.to_le_bytes()).collect();
     let files = workshop.files(&[]).map_err(failure)?;
     let texts = effects.iter().chain(files.iter().map(|(_, text)| text)).map(|text| text.as_bytes());
-    Ok(hash([settings.as_bytes(), &numbers].into_iter().chain(texts)))
+    let units = units.iter().map(|(_, bytes)| bytes.as_slice());
+    Ok(hash([settings.as_bytes(), &numbers].into_iter().chain(texts).chain(units)))
 }

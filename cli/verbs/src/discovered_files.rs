@@ -77,8 +77,46 @@ impl ReportFolder {
         self.copied.iter().any(|(own, known)| own == name && *known == fingerprint)
     }
 
+    /// Copies the units of other tools that the model of a report holds, so that it runs there.
+    fn copy_units(
+        &self,
+        units: &[(String, Vec<u8>)],
+        copied: &mut Vec<Value>,
+        listener: &dyn Listener,
+    ) -> Result<(), Failure> {
+        for (name, bytes) in units {
+            let path = self.path.join(name);
+            let known = std::fs::read(&path).ok();
+            let is_free = known.as_ref().is_none_or(|known| known == bytes || self.is_ours(name, known));
+            if !is_below(name) || !is_free {
+                listener.sentence(
+                    Severity::Warning,
+                    &format!(
+                        "`{}` is not replaced by the unit `{name}`, so that `{}` does not run there",
+                        path.display(),
+                        Report::MODEL
+                    ),
+                );
+                continue;
+            }
+            if known.as_ref() != Some(bytes) {
+                let folder = path.parent().unwrap_or(&self.path);
+                let done = std::fs::create_dir_all(folder).and_then(|()| write_whole(&path, bytes));
+                done.map_err(|error| unwritable(&path, &error))?;
+            }
+            copied.push(json!({"file": name, "fingerprint": fingerprint(bytes)}));
+        }
+        Ok(())
+    }
+
     /// Writes the files that the model of a report needs and removes those of an earlier one; the report learns which copies are its own.
-    pub(crate) fn write(&self, report: &mut Report, listener: &dyn Listener) -> Result<(), Failure> {
+    /// `units`: the units of other tools in it, by the names under which it reads them.
+    pub(crate) fn write(
+        &self,
+        report: &mut Report,
+        units: &[(String, Vec<u8>)],
+        listener: &dyn Listener,
+    ) -> Result<(), Failure> {
         let mut written: Vec<&str> = Vec::new();
         for shot in &report.shots {
             self.save(&shot.file, &shot.parameters)?;
@@ -121,6 +159,10 @@ impl ReportFolder {
                     ),
                 ),
             }
+        }
+        if report.model.is_some() {
+            self.copy_units(units, &mut copied, listener)?;
+            written.extend(units.iter().map(|(name, _)| name.as_str()));
         }
         for name in &report.lost {
             listener.sentence(Severity::Warning, &format!(

@@ -47,9 +47,10 @@ pub fn keep_trial(
     let setup = &opened.setup;
     let make = || opened.sources();
     let workshop = opened.workshop(&make);
-    opened.translated(&workshop, listener)?;
+    let base = opened.translated(&workshop, listener)?;
+    let units = opened.units(base.blocks())?;
     let candidates = all_candidates(opened, &workshop, listener)?;
-    let hash = fingerprint(opened, &workshop, &candidates, options.seed)?;
+    let hash = fingerprint(opened, (&workshop, &units), &candidates, options.seed)?;
     let sets = (trial..trial + 1, options.seed);
     let drops = Calibration::drops(setup, &workshop, &candidates, sets, &|_| {}).map_err(failure)?;
     let drop = drops.first().copied().unwrap_or(0.0);

@@ -69,13 +69,14 @@ pub fn next(
     let workshop = opened.workshop(&make);
     let begin = Instant::now();
     let progress = |text: &str| listener.progress(begin.elapsed().as_secs_f64(), text);
-    opened.translated(&workshop, listener)?;
+    let base = opened.translated(&workshop, listener)?;
+    let units = opened.units(base.blocks())?;
     let candidates = all_candidates(opened, &workshop, listener)?;
     // By now all texts and tables have been read; better here than after a long search.
     for path in options.report.iter().flat_map(|folder| FILES.map(|name| folder.join(name))) {
         refuse_read(&path).map_err(|error| unwritable(&path, &error))?;
     }
-    let hash = fingerprint(opened, &workshop, &candidates, options.seed)?;
+    let hash = fingerprint(opened, (&workshop, &units), &candidates, options.seed)?;
     let needed = calibration::known(&study.study, hash).map_or(Search::NEEDED, |known| known.needed());
     let search = Search {
         setup,

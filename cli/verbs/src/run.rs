@@ -8,6 +8,9 @@ use hyd_run::{
     Beside, DONE_AGAIN, Facts, Failure, InputTable, Outcome, RunArguments, WHOLE_LOOPS, options, parameters,
 };
 use hyd_runtime::SolveError;
+use hyd_system::DaeSystem;
+
+use crate::Joined;
 
 /// What is run, and how.
 #[derive(Clone, Copy)]
@@ -16,6 +19,8 @@ pub struct Run<'a> {
     pub compilation: &'a Compilation,
     /// All parameters that are set; those that the translation took are not set again.
     pub set: &'a [(String, String)],
+    /// Units of other tools that are blocks of the model.
+    pub units: Option<&'a Joined>,
     /// Recorded inputs, which the translation knew of.
     pub table: Option<&'a InputTable>,
     /// Options.
@@ -67,15 +72,27 @@ impl Run<'_> {
     ) -> Result<Outcome, Failure> {
         let Run { compilation, arguments, table, .. } = *self;
         let model = model.on(arguments.backend.backend()).map_err(Failure::Fault)?;
-        let mut system = model.instantiate();
-        parameters::apply(&mut system, self.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
+        let text = model.instantiate();
+        let mut system: Box<dyn DaeSystem> = match self.units {
+            None => Box::new(text),
+            Some(units) => {
+                warnings.extend(units.notes());
+                let mut whole = units.join(Box::new(text))?;
+                let experiment = InputTable::experiment(table, &model.payload().experiment, arguments.start);
+                let times = options(arguments, &experiment)?;
+                whole.expect(times.tolerance, times.stop);
+                Box::new(whole)
+            }
+        };
+        let system = &mut *system;
+        parameters::apply(system, self.set, &compilation.set_at_translation).map_err(Failure::Fault)?;
         let code = model.statistics();
         warnings.extend(model.fallback().map(|reason| format!("the code is interpreted: {reason}")));
         let experiment = InputTable::experiment(table, &model.payload().experiment, arguments.start);
         let options = options(arguments, &experiment)?;
         if let Some(table) = table {
             let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
-            warnings.extend(table.recorded(&mut system, (options.start, options.stop), &known)?.warnings);
+            warnings.extend(table.recorded(system, (options.start, options.stop), &known)?.warnings);
             warnings.extend(table.left_over(arguments.stop, options.stop));
         }
         let facts = Facts {
@@ -87,6 +104,6 @@ impl Run<'_> {
             unit: None,
         };
         let beside = Beside { drawn: self.drawn, into: Some(into), stop, progress: self.progress };
-        hyd_run::simulate(&mut system, arguments, &options, facts, beside)
+        hyd_run::simulate(system, arguments, &options, facts, beside)
     }
 }

@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use hyd_compiler::{Severity, Sources};
-use hyd_discovery::{Bench, Fault, Foreign, Machine, Setup, Study, Translated, Workshop};
-use hyd_fmi_import::Host;
+use hyd_compiler::{ForeignBlock, Severity, Sources};
+use hyd_discovery::{Bench, Fault, Machine, Opaque, Setup, Study, Translated, Workshop};
+use hyd_fmi_import::{Host, Unit};
 
 use hyd_run::read_text;
 
+use crate::joined::{StudyUnits, file_of};
 use crate::library::LibraryPath;
+use crate::study_unit;
 use crate::unit::is_unit;
-use crate::unit_model::UnitModel;
 use crate::{Failure, Libraries, Listener};
 
 /// A study and a set, opened.
@@ -24,10 +25,10 @@ pub struct Opened {
     study_file: String,
     /// The model's file.
     pub model_file: PathBuf,
-    /// Its text; empty for a unit of another tool.
+    /// Its text; of a unit of another tool one that declares what the study names of it.
     pub model_text: String,
-    /// The unit, if the model is one.
-    pub unit: Option<UnitModel>,
+    /// What is known of the model where it is a unit of another tool.
+    pub unit: Option<Opaque>,
     /// Full name of the base model.
     pub class: String,
     libraries: Libraries,
@@ -87,14 +88,25 @@ pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, F
     let model_file = libraries.file_of(folder, &study.file);
     let model_file =
         model_file.map_err(|why| Failure::Fault(format!("`{}`: the model's file {why}", arguments.study.display())))?;
-    let unit = match is_unit(&model_file) {
-        true => Some(UnitModel::open(&model_file, arguments.host.as_ref(), &class)?),
-        false => None,
+    let units = StudyUnits::new(libraries, arguments.host.as_ref());
+    let (mut study, mut class, mut opaque) = (study, class, None);
+    let model_text = if is_unit(&model_file) {
+        hyd_run::note_read(&model_file);
+        let unit = Unit::open(&model_file).map_err(|fault| Failure::Fault(fault.to_string()))?;
+        let text = study_unit::text(&model_file, &unit, &class, &mut study)?;
+        for sentence in unit.notes.iter().chain(&text.notes) {
+            listener.sentence(Severity::Warning, sentence);
+        }
+        units.keep(model_file.clone(), unit);
+        (class, opaque) = (text.class, Some(Opaque { moved: text.moved }));
+        text.text
+    } else {
+        text(&model_file)?
     };
-    let model_text = if unit.is_some() { String::new() } else { text(&model_file)? };
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let threads = arguments.threads.map_or(cores, std::num::NonZeroUsize::get);
-    let setup = Setup::new(study, bench, threads).map_err(failure)?;
+    let mut setup = Setup::new(study, bench, threads).map_err(failure)?;
+    setup.foreign = Some(Arc::new(units));
     for sentence in setup.notes() {
         listener.sentence(Severity::Note, &sentence);
     }
@@ -102,7 +114,7 @@ pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, F
         listener.sentence(Severity::Warning, &sentence);
     }
     let study_file = arguments.study.display().to_string();
-    Ok(Opened { setup, study_file, model_file, model_text, unit, class, libraries: libraries.clone() })
+    Ok(Opened { setup, study_file, model_file, model_text, unit: opaque, class, libraries: libraries.clone() })
 }
 
 impl Opened {
@@ -118,19 +130,31 @@ impl Opened {
         Ok(model)
     }
 
-    /// The machine of the base model, a text or a unit; says which of its inputs nothing drives.
+    /// The machine of the base model; says which of its inputs nothing drives.
     ///
     /// # Errors
-    /// What the compiler says, or why the unit cannot be used.
+    /// What the compiler says, or why a unit of another tool cannot be used.
     pub fn machine(&self, workshop: &Workshop<'_>, listener: &dyn Listener) -> Result<Machine, Failure> {
-        let Some(unit) = &self.unit else {
-            return self.setup.machine(self.translated(workshop, listener)?).map_err(failure);
-        };
-        let foreign: Foreign = Arc::new(unit.clone());
-        for sentence in self.setup.idle_inputs_of_unit(&foreign) {
-            listener.sentence(Severity::Warning, &sentence);
+        self.setup.machine(self.translated(workshop, listener)?).map_err(failure)
+    }
+
+    /// Archives of units of other tools, by the names under which a model reads them.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub(crate) fn units(&self, blocks: &[ForeignBlock]) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+        let mut found: Vec<(String, Vec<u8>)> = Vec::new();
+        for block in blocks {
+            if found.iter().any(|(name, _)| **name == *block.file) {
+                continue;
+            }
+            let path = file_of(block, &self.libraries)?;
+            let read = std::fs::read(&path);
+            let bytes =
+                read.map_err(|error| Failure::Fault(format!("`{}` cannot be read: {error}", path.display())))?;
+            found.push((block.file.to_string(), bytes));
         }
-        self.setup.machine_of_unit(foreign).map_err(failure)
+        Ok(found)
     }
 
     /// A new way to the libraries.
@@ -151,6 +175,7 @@ impl Opened {
             starts: self.setup.starts(),
             driven: self.setup.driven(),
             library_classes: sources().class_names().into(),
+            opaque: self.unit.clone(),
         }
     }
 

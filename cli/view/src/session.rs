@@ -272,6 +272,7 @@ impl Model {
             return (json!({"status": "refused", "message": words}), Trajectory::new());
         }
         let run = Run {
+            units: None,
             compilation,
             set: &set,
             table: None,

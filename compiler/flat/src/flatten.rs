@@ -71,6 +71,7 @@ impl<'t, 's> Flattener<'t, 's> {
             canonical: FxHashMap::default(),
             driven: driven.to_vec(),
             driven_instances: Vec::new(),
+            foreign: Vec::new(),
             functions: Flattener::call_outputs,
             typing: Typing::default(),
             paths: FxHashMap::default(),
@@ -82,9 +83,11 @@ impl<'t, 's> Flattener<'t, 's> {
         self.read_experiment();
         self.prepare_injections(terms);
         self.settle_inputs_of_the_model();
+        self.settle_foreign_blocks();
         let root = self.tree.root;
         self.declare(root);
         self.note_ends();
+        self.note_foreign_blocks();
         self.drive_inputs();
         // What is connected is known before any equation asks for it.
         self.sections(root, Pass::Connections);

@@ -295,6 +295,25 @@ pub struct Experiment {
     pub interval: Option<f64>,
 }
 
+/// A block that is a unit of another tool: which variables of the model are which of the unit, by their full names.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ForeignBlock {
+    /// Its instance path; empty for the model itself.
+    pub path: Arc<str>,
+    /// The file of the unit, as the text names it.
+    pub file: Arc<str>,
+    /// The file of that text.
+    pub written_in: Arc<str>,
+    /// Where the file is named.
+    pub span: Span,
+    /// What the unit is given.
+    pub inputs: Vec<(String, String)>,
+    /// What it computes, which is given from outside during a run (see [`FlatModel::driven`]).
+    pub outputs: Vec<(String, String)>,
+    /// Values of its parameters.
+    pub parameters: Vec<(String, String)>,
+}
+
 /// A model without components.
 #[derive(Clone, Debug, Default)]
 pub struct FlatModel {
@@ -324,6 +343,8 @@ pub struct FlatModel {
     pub delays: Vec<DelayBlock>,
     /// Inputs that follow recorded samples, in the order of their numbers.
     pub driven: Vec<DrivenBlock>,
+    /// Blocks that are units of other tools.
+    pub foreign: Vec<ForeignBlock>,
     /// Texts of assertions and terminations.
     pub messages: Vec<Message>,
     /// The `experiment` annotation.

@@ -75,7 +75,18 @@ impl Setup {
         disturbances: Disturbances,
     ) -> Setup {
         let (study, watch, exposed) = (self.study.clone(), self.watch.clone(), self.exposed.clone());
-        Setup { study, bench, data, train, held_out, exposed, disturbances, threads: self.threads, watch }
+        Setup {
+            study,
+            bench,
+            data,
+            train,
+            held_out,
+            exposed,
+            disturbances,
+            threads: self.threads,
+            foreign: self.foreign.clone(),
+            watch,
+        }
     }
 }
 

@@ -41,6 +41,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "location": location(findings, workshop),
         "proposed": proposed(scene)?,
         "no_law": findings.no_law,
+        "units": units(scene),
         "missing": course::missing_over_time(scene),
         "law": findings.law.as_ref().map(|own| law(scene, own)).transpose()?,
         "gap": {"train": train, "heldout": held_out},
@@ -64,6 +65,20 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "whole_loops": setup.watch.whole_loops.load(std::sync::atomic::Ordering::Relaxed),
         "seconds": seconds,
     }))
+}
+
+/// Units of other tools in the model, into which no search looks.
+fn units(scene: &Scene<'_>) -> Vec<Value> {
+    let blocks = scene.last.base.machine.blocks().iter();
+    let one = |block: &hyd_compiler::ForeignBlock| {
+        let words = format!(
+            "the insides of `{}` cannot be looked at: terms and laws of its equations were not searched, only what it is given and what is \
+             seen of it",
+            block.file
+        );
+        json!({"path": &*block.path, "file": &*block.file, "words": words})
+    };
+    blocks.map(one).collect()
 }
 
 /// Files for runs of the model that was written.

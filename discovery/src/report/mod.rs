@@ -17,7 +17,7 @@ mod written;
 
 use std::sync::Arc;
 
-use hyd_compiler::print_string;
+use hyd_compiler::{ForeignBlock, print_string};
 use serde_json::{Value, json};
 
 use crate::catalogue::Candidate;
@@ -52,6 +52,8 @@ pub struct Report {
     pub data: DataFiles,
     /// Names of data files that the model reads and that cannot stand in that folder.
     pub lost: Vec<String>,
+    /// Units of other tools that the model holds, in their order.
+    pub units: Vec<ForeignBlock>,
     /// Name of the file and text of the law that was found, an effect for a library.
     pub law: Option<(String, Arc<str>)>,
 }
@@ -157,7 +159,8 @@ impl Report {
         drop(with);
         let (model, data, lost) = extended.map_or_else(Default::default, |own| (Some(own.whole), own.data, own.lost));
         let law = findings.law.as_ref().map(|law| (law.file(), law.text.clone()));
-        Ok(Report { json, model, curves, parameters, summary, texts, shots, data, lost, law })
+        let units = last.base.machine.blocks().to_vec();
+        Ok(Report { json, model, curves, parameters, summary, texts, shots, data, lost, units, law })
     }
 }
 
@@ -254,6 +257,7 @@ mod tests {
             starts: Vec::new(),
             driven: Vec::new(),
             library_classes: Arc::new([]),
+            opaque: None,
         };
         let annotation = format!("  annotation(__hyd({}));\n", discovered(&workshop.class, "named", nasty));
         let base = format!("model {0}\n  Real x = 1;\nend {0};\n", workshop.class);

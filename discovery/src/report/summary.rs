@@ -85,6 +85,9 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     for line in nearest::lines(json) {
         let _ = writeln!(text, "  {line}");
     }
+    for unit in json["units"].as_array().into_iter().flatten() {
+        let _ = writeln!(text, "  {}", unit["words"].as_str().unwrap_or_default());
+    }
     if !setup.exposed.is_empty() {
         let numbers: Vec<String> =
             setup.exposed.iter().map(|&shot| setup.bench.shots[shot].number.to_string()).collect();

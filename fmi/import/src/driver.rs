@@ -13,7 +13,7 @@ use crate::fault::Fault;
 use crate::folder::Folder;
 use crate::foreign::c_text;
 use crate::host::{Host, Refusal, Remote};
-use crate::layout::Layout;
+use crate::layout::{Layout, Watched};
 use crate::protocol::{Group, Operation, Setup, values_of};
 use crate::session::Beginning;
 
@@ -56,12 +56,18 @@ impl Driver {
         host: &Host,
         driven: &[String],
         (interface, exchange): (&Interface, bool),
-        pattern: &Pattern,
+        (pattern, part): (&Pattern, Option<&Watched>),
     ) -> Result<Self, Fault> {
         let description = Arc::clone(&unit.description);
         let layout = Layout::new(&description, &unit.file, driven)?;
         let references = |wanted: fn(&State) -> usize| -> Vec<u32> {
             description.states.iter().map(|state| description.variables[wanted(state)].reference).collect()
+        };
+        let colours = match part {
+            Some(watched) => {
+                Colours::new(&by_states_and_inputs(pattern, values_of(&layout.inputs), values_of(&watched.groups)))
+            }
+            None => Colours::new(pattern),
         };
         let setup = Setup {
             version: description.version,
@@ -74,14 +80,16 @@ impl Driver {
             indicators: if exchange { description.indicators } else { 0 },
             completed: interface.needs_completed_steps,
             slopes: interface.interpolates && layout.inputs.iter().all(|group| group.number == Number::Float64),
-            directional: interface.directional,
+            directional: interface.directional
+                && part.is_none_or(|watched| watched.derivable && is_wide(&layout.inputs)),
             state_references: references(|state| state.state),
             rate_references: references(|state| state.rate),
             outputs: layout.outputs.clone(),
             parameters: layout.parameters.clone(),
             inputs: layout.inputs.clone(),
             discrete: layout.discrete.clone(),
-            colours: Colours::new(pattern),
+            watched: part.map_or_else(Vec::new, |watched| watched.groups.clone()),
+            colours,
         };
         let room = TEXTS + 2 * layout.values.len() + 8 * layout.settings.len() + layout.followers.len();
         let (file, folder) = (unit.file.clone(), Arc::clone(&unit.folder));
@@ -99,6 +107,11 @@ impl Driver {
             tolerance: 1e-6,
             stop: f64::INFINITY,
         })
+    }
+
+    /// Columns of the Jacobian: where the rows of each begin, and the rows.
+    pub(crate) fn columns(&self) -> (&[u32], &[u32]) {
+        (&self.begin.setup.colours.starts, &self.begin.setup.colours.rows)
     }
 
     /// See [`DaeSystem::set_parameter`].
@@ -186,6 +199,21 @@ impl Driver {
     pub(crate) fn follow(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
         self.layout.followers.get_mut(input).ok_or(InputError::Unknown)?.follow(series)
     }
+}
+
+/// Rates by states as they are known to depend on each other, below them what is watched, beside them the inputs: all of that perhaps.
+fn by_states_and_inputs(pattern: &Pattern, inputs: usize, watched: usize) -> Pattern {
+    let (n, rows) = (pattern.rows, (pattern.rows + watched) as u32);
+    let own = (0..n).flat_map(|c| pattern.column(c).map(move |k| (k, c)));
+    let own = own.map(|(k, c)| (pattern.row_indices[k], c as u32));
+    let below = (0..n as u32).flat_map(|c| (n as u32..rows).map(move |r| (r, c)));
+    let beside = (n as u32..(n + inputs) as u32).flat_map(|c| (0..rows).map(move |r| (r, c)));
+    Pattern::from_pairs(rows as usize, n + inputs, &own.chain(below).chain(beside).collect::<Vec<_>>())
+}
+
+/// All of them have numbers of eight bytes.
+fn is_wide(groups: &[Group]) -> bool {
+    groups.iter().all(|group| group.number == Number::Float64)
 }
 
 /// Who made a unit.

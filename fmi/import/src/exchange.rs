@@ -23,6 +23,7 @@ use crate::driver::{Driver, tool};
 use crate::fault::Fault;
 use crate::followers::{Follower, next_jump, reach, samples_passed};
 use crate::host::{Counts, Host, Refusal};
+use crate::layout::Watched;
 use crate::protocol::{Operation, Update, values_of};
 
 /// A unit for model exchange.
@@ -46,6 +47,18 @@ impl Exchange {
     /// # Errors
     /// A sentence: the unit is not for model exchange, or cannot be loaded.
     pub fn new(unit: &Unit, host: &Host, driven: &[String]) -> Result<Self, Fault> {
+        Self::with(unit, host, driven, None)
+    }
+
+    /// The same as a part of a larger system, which gives the inputs with these names their values and reads what is watched at every point.
+    ///
+    /// # Errors
+    /// As [`Exchange::new`].
+    pub(crate) fn part(unit: &Unit, host: &Host, inputs: &[String], watched: &Watched) -> Result<Self, Fault> {
+        Self::with(unit, host, inputs, Some(watched))
+    }
+
+    fn with(unit: &Unit, host: &Host, driven: &[String], watched: Option<&Watched>) -> Result<Self, Fault> {
         let description = &unit.description;
         let none = || Fault::of(&unit.file, "the unit is not for model exchange");
         let interface = description.exchange.as_ref().ok_or_else(none)?;
@@ -57,7 +70,7 @@ impl Exchange {
         }
         let n = description.state_count();
         let state_pattern = pattern(description, n);
-        let driver = Driver::new(unit, host, driven, (interface, true), &state_pattern)?;
+        let driver = Driver::new(unit, host, driven, (interface, true), (&state_pattern, watched))?;
         let structure = Structure {
             unknowns: n,
             differential: vec![true; n],
@@ -112,6 +125,50 @@ impl Exchange {
     /// Sentences on what no use is made of.
     pub fn notes(&self) -> &[String] {
         &self.driver.layout.notes
+    }
+
+    /// Rates and what is watched, of a unit that is a part of a larger system.
+    pub(crate) fn watch(&mut self, t: f64, x: &[f64], rates: &mut [f64], watched: &mut [f64]) {
+        match self.ask(Operation::Watch, (t, x), false) {
+            Ok(mut reader) => {
+                reader.reals(rates);
+                reader.reals(watched);
+            }
+            Err(_) => {
+                rates.fill(f64::NAN);
+                watched.fill(f64::NAN);
+            }
+        }
+    }
+
+    /// Entries of the Jacobian of rates and of what is watched by states and continuous inputs, on [`Exchange::whole`].
+    pub(crate) fn derivatives(&mut self, t: f64, x: &[f64], entries: &mut [f64]) {
+        match self.ask(Operation::Jacobian, (t, x), false) {
+            Ok(mut reader) => reader.reals(entries),
+            Err(_) => entries.fill(f64::NAN),
+        }
+    }
+
+    /// The same at the states after the last start.
+    pub(crate) fn start_derivatives(&mut self, t0: f64, entries: &mut [f64]) {
+        let start = std::mem::take(&mut self.start);
+        self.derivatives(t0, &start, entries);
+        self.start = start;
+    }
+
+    /// Columns of that Jacobian: where the rows of each begin, and the rows.
+    pub(crate) fn whole(&self) -> (&[u32], &[u32]) {
+        self.driver.columns()
+    }
+
+    /// Inputs in the order of the columns of that Jacobian, and how many of them change always.
+    pub(crate) fn input_sites(&self) -> (&[hyd_system::InputSite], usize) {
+        (&self.driver.layout.sites, self.driver.continuous)
+    }
+
+    /// The states after the last start or event.
+    pub(crate) fn start(&self) -> &[f64] {
+        &self.start
     }
 
     /// Asks at a point.
@@ -248,6 +305,10 @@ impl DaeSystem for Exchange {
 
     fn nominals(&self, out: &mut [f64]) {
         out.copy_from_slice(&self.nominals);
+    }
+
+    fn tested(&self, out: &mut [bool]) {
+        out.fill(true);
     }
 
     fn initial_nominals(&self, _out: &mut [f64]) {}
@@ -418,6 +479,11 @@ impl DaeSystem for Exchange {
 impl Inputs for Exchange {
     fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
         self.driver.follow(input, series)
+    }
+
+    fn give_input(&mut self, input: usize, value: f64) -> Result<(), InputError> {
+        self.driver.layout.followers.get_mut(input).ok_or(InputError::Unknown)?.give(value);
+        Ok(())
     }
 
     fn input_reach(&mut self, t: f64) -> f64 {

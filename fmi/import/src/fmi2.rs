@@ -220,8 +220,7 @@ impl Foreign for Two {
         Ok((event != 0, terminate != 0))
     }
 
-    fn directional(&mut self, setup: &Setup, seed: &[f64], out: &mut [f64]) -> Result<(), Halt> {
-        let (unknown, known) = (&setup.rate_references, &setup.state_references);
+    fn directional(&mut self, (unknown, known): (&[u32], &[u32]), seed: &[f64], out: &mut [f64]) -> Result<(), Halt> {
         let count = |list: &[u32], values: usize| list.len().min(values);
         checked!(self.directional(
             self.instance,

@@ -271,8 +271,7 @@ impl Foreign for Three {
         Ok((event, terminate))
     }
 
-    fn directional(&mut self, setup: &Setup, seed: &[f64], out: &mut [f64]) -> Result<(), Halt> {
-        let (unknown, known) = (&setup.rate_references, &setup.state_references);
+    fn directional(&mut self, (unknown, known): (&[u32], &[u32]), seed: &[f64], out: &mut [f64]) -> Result<(), Halt> {
         checked!(self.directional(
             self.instance,
             unknown.as_ptr(),

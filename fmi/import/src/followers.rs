@@ -16,13 +16,15 @@ pub(crate) struct Follower {
     /// Its values are integers from the first to the second; none for reals.
     pub(crate) whole: Option<(f64, f64)>,
     series: Option<Arc<Series>>,
+    /// A value that was given in place of samples.
+    given: Option<f64>,
     stepwise: bool,
     sample: usize,
 }
 
 impl Follower {
     pub(crate) fn new(name: Arc<str>, is_discrete: bool, whole: Option<(f64, f64)>) -> Self {
-        Self { name, is_discrete, whole, series: None, stepwise: false, sample: 0 }
+        Self { name, is_discrete, whole, series: None, given: None, stepwise: false, sample: 0 }
     }
 
     /// Takes samples.
@@ -36,12 +38,20 @@ impl Follower {
         };
         self.stepwise = held.hold() == Hold::Zero;
         self.series = Some(held);
-        self.sample = 0;
+        (self.given, self.sample) = (None, 0);
         Ok(())
+    }
+
+    /// Has a value at every time from now on.
+    pub(crate) fn give(&mut self, value: f64) {
+        (self.given, self.series) = (Some(value), None);
     }
 
     /// Begins a run at `t0` (s).
     pub(crate) fn start(&mut self, t0: f64) -> Result<(), String> {
+        if self.given.is_some() {
+            return Ok(());
+        }
         let name = &self.name;
         let Some(series) = &self.series else { return Err(format!("the input `{name}` has no samples")) };
         if let Some((least, most)) = self.whole
@@ -65,7 +75,9 @@ impl Follower {
     }
 
     pub(crate) fn at(&mut self, t: f64) -> Sample {
-        let Some(series) = &self.series else { return Sample::default() };
+        let Some(series) = &self.series else {
+            return Sample { value: self.given.unwrap_or_default(), ..Sample::default() };
+        };
         if !self.stepwise {
             self.sample = series.interval(t, self.sample);
         }

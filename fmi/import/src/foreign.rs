@@ -56,7 +56,7 @@ pub(crate) trait Foreign {
     fn nominals(&mut self, out: &mut [f64]) -> Result<(), Halt>;
     fn rates(&mut self, out: &mut [f64]) -> Result<(), Halt>;
     fn indicators(&mut self, out: &mut [f64]) -> Result<(), Halt>;
-    fn directional(&mut self, setup: &Setup, seed: &[f64], out: &mut [f64]) -> Result<(), Halt>;
+    fn directional(&mut self, of: (&[u32], &[u32]), seed: &[f64], out: &mut [f64]) -> Result<(), Halt>;
 
     fn set_slopes(&mut self, references: &[u32], slopes: &[f64]) -> Result<(), Halt>;
     fn step(&mut self, t: f64, h: f64) -> Result<StepEnd, Halt>;

@@ -101,6 +101,49 @@ enum Role {
     Constant,
 }
 
+/// Variables that are read at every point, where a unit is a part of a larger system.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Watched {
+    /// Groups of variables.
+    pub(crate) groups: Vec<Group>,
+    /// Where each of the names stands among the values of the groups.
+    pub(crate) places: Vec<usize>,
+    /// Its size, for errors.
+    pub(crate) nominals: Vec<f64>,
+    /// All of them are outputs or states with numbers of eight bytes, of which derivatives may be asked (2.0.4, table 9; 3.0.2, section 2.2.11).
+    pub(crate) derivable: bool,
+}
+
+impl Watched {
+    /// The variables with these names, elements of arrays among them.
+    ///
+    /// # Errors
+    /// The first name that the unit does not have.
+    pub(crate) fn new(description: &Description, names: &[String]) -> Result<Self, String> {
+        let mut places = Places::default();
+        let mut found = Vec::with_capacity(names.len());
+        let mut derivable = true;
+        for name in names {
+            let element = |variable: &Variable| {
+                let pattern = pattern(variable);
+                (0..variable.count()).find(|&k| pattern.element(k) == *name)
+            };
+            let begins = |variable: &&Variable| name.starts_with(&*variable.name);
+            let candidates = description.variables.iter().filter(begins);
+            let of = candidates.filter_map(|variable| Some((variable, element(variable)?))).next();
+            let (variable, element) = of.ok_or_else(|| name.clone())?;
+            let number = variable.number(description.version).ok_or_else(|| name.clone())?;
+            let place = places.add(number, variable.reference, variable.count());
+            derivable &= number == Number::Float64 && variable.causality == Causality::Output;
+            found.push((place, element, variable.nominal));
+        }
+        let groups = places.groups();
+        let at = found.iter().map(|(place, element, _)| places.first[*place] + element).collect();
+        let nominals = found.iter().map(|(_, _, nominal)| *nominal).collect();
+        Ok(Self { groups, places: at, nominals, derivable })
+    }
+}
+
 impl Layout {
     /// The layout of a unit of which the inputs with these names follow recorded samples.
     pub(crate) fn new(description: &Description, file: &str, driven: &[String]) -> Result<Self, Fault> {

@@ -5,6 +5,8 @@
 //! co-simulation, which brings its own.  Foreign code never runs in this process: `host` starts another one, whose only task is
 //! [`serve`], and speaks with it over memory that both see (`area`, `channel`).  A crash or a hang there is a message here.
 //!
+//! [`Whole`] is a model that is written as text with units as blocks in it.
+//!
 //! What the interface has and this crate does not: clocks, scheduled execution, variables of type Binary, structural parameters other
 //! than as the unit has them.  A unit that needs them is refused with a sentence.
 
@@ -30,6 +32,7 @@ mod structure;
 mod terminals;
 mod types;
 mod variables;
+mod whole;
 mod worker;
 mod xml;
 
@@ -44,4 +47,5 @@ pub use exchange::Exchange;
 pub use fault::Fault;
 pub use host::{Counts, Host};
 pub use stepping::{StepOptions, StepRun, Stepping};
+pub use whole::{Whole, Wiring};
 pub use worker::serve;

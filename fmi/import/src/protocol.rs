@@ -16,7 +16,7 @@ pub(crate) enum Operation {
     Start = 2,
     /// Point; rates.
     Rates = 3,
-    /// Point; entries of the Jacobian.
+    /// Point; entries of the Jacobian: of the rates, then of what is watched, by the states, then by the continuous inputs.
     Jacobian = 4,
     /// Point; event indicators.
     Indicators = 5,
@@ -32,12 +32,16 @@ pub(crate) enum Operation {
     Parameters = 10,
     /// Nothing; nothing, and the process ends.
     End = 11,
+    /// Point; rates, then values of what is watched.
+    Watch = 12,
 }
 
 impl Operation {
     pub(crate) fn of(number: u64) -> Option<Self> {
-        use Operation::{Completed, End, Event, Indicators, Jacobian, Load, Outputs, Parameters, Rates, Start, Step};
-        [Load, Start, Rates, Jacobian, Indicators, Outputs, Event, Completed, Step, Parameters, End]
+        use Operation::{
+            Completed, End, Event, Indicators, Jacobian, Load, Outputs, Parameters, Rates, Start, Step, Watch,
+        };
+        [Load, Start, Rates, Jacobian, Indicators, Outputs, Event, Completed, Step, Parameters, End, Watch]
             .into_iter()
             .find(|operation| *operation as u64 == number)
     }
@@ -87,6 +91,8 @@ pub(crate) struct Setup {
     pub(crate) parameters: Vec<Group>,
     pub(crate) inputs: Vec<Group>,
     pub(crate) discrete: Vec<Group>,
+    /// Variables that others read at every point, where the unit is a part of a larger system.
+    pub(crate) watched: Vec<Group>,
     pub(crate) colours: Colours,
 }
 
@@ -140,8 +146,8 @@ fn read_list(reader: &mut Reader<'_>) -> Option<Vec<u32>> {
 
 impl Setup {
     /// Groups in the order in which they are written.
-    fn groups(&self) -> [&Vec<Group>; 4] {
-        [&self.outputs, &self.parameters, &self.inputs, &self.discrete]
+    fn groups(&self) -> [&Vec<Group>; 5] {
+        [&self.outputs, &self.parameters, &self.inputs, &self.discrete, &self.watched]
     }
 
     /// Words that any request or answer of this setup needs, but for what is set at the start.
@@ -159,6 +165,7 @@ impl Setup {
         let answers = values_of(&self.outputs)
             .max(values_of(&self.parameters))
             .max(2 * self.states + self.indicators)
+            .max(self.states + values_of(&self.watched))
             .max(self.colours.entries());
         setup.max(point).max(8 + answers)
     }
@@ -195,19 +202,22 @@ impl Setup {
         let [library, resources, token, name] = std::array::from_fn(|_| reader.text());
         let (states, indicators) = (reader.count(), reader.count());
         let (state_references, rate_references) = (read_list(reader)?, read_list(reader)?);
-        let mut lists = [const { Vec::new() }; 4];
+        let mut lists = [const { Vec::new() }; 5];
         for list in &mut lists {
             for _ in 0..reader.count() {
                 list.push(Group::read(reader)?);
             }
         }
-        let [outputs, parameters, inputs, discrete] = lists;
+        let [outputs, parameters, inputs, discrete, watched] = lists;
         let columns = reader.count();
         let small = |reader: &mut Reader<'_>| u32::try_from(reader.number()).ok();
         let of_column: Vec<u32> = (0..columns).map(|_| small(reader)).collect::<Option<_>>()?;
         let starts: Vec<u32> = (0..=columns).map(|_| small(reader)).collect::<Option<_>>()?;
         let colours = Colours { of_column, starts, rows: read_list(reader)? };
-        let whole = reader.fits() && columns == states && colours.is_sound(states);
+        // By the states alone where nothing is watched.
+        let rows = states + values_of(&watched);
+        let is_whole = columns == states || columns == states + values_of(&inputs);
+        let whole = reader.fits() && is_whole && colours.is_sound(rows);
         whole.then_some(Self {
             version,
             exchange,
@@ -226,6 +236,7 @@ impl Setup {
             parameters,
             inputs,
             discrete,
+            watched,
             colours,
         })
     }

@@ -44,6 +44,11 @@ pub(crate) struct Session {
     indicators: Vec<f64>,
     outputs: Vec<f64>,
     parameters: Vec<f64>,
+    watched: Vec<f64>,
+    /// Where each column of the Jacobian stands in a point, and the size its steps are measured by.
+    columns: Vec<(usize, f64)>,
+    known: Vec<u32>,
+    unknown: Vec<u32>,
 }
 
 impl Session {
@@ -61,6 +66,7 @@ impl Session {
         };
         let inputs = values_of(&setup.inputs);
         let states = setup.states;
+        let by_inputs = setup.colours.of_column.len() > states;
         Ok(Self {
             unit,
             is_instantiated: false,
@@ -73,12 +79,16 @@ impl Session {
             slopes: vec![0.0; inputs],
             nominals: vec![1.0; states],
             rates: vec![0.0; states],
-            other: vec![0.0; states],
-            seed: vec![0.0; states],
+            other: vec![0.0; states + values_of(&setup.watched)],
+            seed: vec![0.0; setup.colours.of_column.len()],
             entries: vec![0.0; setup.colours.entries()],
             indicators: vec![0.0; setup.indicators],
             outputs: vec![0.0; values_of(&setup.outputs)],
             parameters: vec![0.0; values_of(&setup.parameters)],
+            watched: vec![0.0; values_of(&setup.watched)],
+            columns: columns(&setup),
+            known: references(&setup.state_references, if by_inputs { &setup.inputs } else { &[] }),
+            unknown: references(&setup.rate_references, &setup.watched),
             setup,
         })
     }
@@ -106,6 +116,12 @@ impl Session {
                 self.read_point(request);
                 self.jacobian()?;
                 answer.reals(&self.entries);
+            }
+            Operation::Watch => {
+                self.go_to_requested(request)?;
+                self.watch()?;
+                answer.reals(&self.rates);
+                answer.reals(&self.watched);
             }
             Operation::Indicators => {
                 self.go_to_requested(request)?;
@@ -219,8 +235,8 @@ impl Session {
 
     /// What has become of the update: it, states, nominal values, event indicators.
     fn answer_update(&mut self, update: Update, answer: &mut Writer<'_>) -> Result<(), Halt> {
-        if !self.other.is_empty() {
-            self.unit.states(&mut self.other)?;
+        if self.setup.states > 0 {
+            self.unit.states(&mut self.other[..self.setup.states])?;
             self.unit.nominals(&mut self.nominals)?;
         }
         // A unit without event indicators need not have the function.
@@ -230,7 +246,7 @@ impl Session {
         answer.number(u64::from(update.states_changed));
         answer.number(u64::from(update.terminate));
         answer.real(update.next);
-        answer.reals(&self.other);
+        answer.reals(&self.other[..self.setup.states]);
         answer.reals(&self.nominals);
         answer.reals(&self.indicators);
         Ok(())
@@ -269,8 +285,16 @@ impl Session {
         Ok(())
     }
 
+    /// Rates and what is watched, at the point where the unit stands.
+    fn watch(&mut self) -> Result<(), Halt> {
+        if !self.rates.is_empty() {
+            self.unit.rates(&mut self.rates)?;
+        }
+        get(&mut *self.unit, &self.setup.watched, &mut self.watched)
+    }
+
+    /// Entries of the Jacobian, some columns at a time.
     fn jacobian(&mut self) -> Result<(), Halt> {
-        let first = self.wanted.len() - self.setup.states;
         self.go_to_wanted()?;
         let colours = self.setup.colours.count() as u32;
         if self.setup.directional {
@@ -278,39 +302,48 @@ impl Session {
                 for (seed, own) in self.seed.iter_mut().zip(&self.setup.colours.of_column) {
                     *seed = f64::from(u8::from(*own == colour));
                 }
-                self.unit.directional(&self.setup, &self.seed, &mut self.other)?;
-                for (column, _) in self.setup.colours.of_column.iter().enumerate().filter(|(_, own)| **own == colour) {
-                    for k in self.setup.colours.column(column) {
-                        self.entries[k] = self.other[self.setup.colours.rows[k] as usize];
-                    }
-                }
+                self.unit.directional((&self.unknown, &self.known), &self.seed, &mut self.other)?;
+                self.keep_column_of(colour, |other, row, _| other[row]);
             }
             return Ok(());
         }
-        self.unit.rates(&mut self.rates)?;
+        self.watch()?;
+        let (rates, watched) = (std::mem::take(&mut self.rates), std::mem::take(&mut self.watched));
+        let at = [rates.as_slice(), &watched].concat();
+        (self.rates, self.watched) = (rates, watched);
         for colour in 0..colours {
             for (column, own) in self.setup.colours.of_column.iter().enumerate() {
-                let value = self.wanted[first + column];
+                let (place, size) = self.columns[column];
+                let size = self.nominals.get(column).copied().unwrap_or(size);
+                let value = self.wanted[place];
                 // What is added in truth, after rounding.
-                let away = STEP * value.abs().max(self.nominals[column]);
+                let away = STEP * value.abs().max(size);
                 self.seed[column] = if *own == colour { (value + away) - value } else { 0.0 };
             }
-            for (value, step) in self.wanted[first..].iter_mut().zip(&self.seed) {
-                *value += step;
+            for (&(place, _), step) in self.columns.iter().zip(&self.seed) {
+                self.wanted[place] += step;
             }
-            let found = self.go_to_wanted().and_then(|()| self.unit.rates(&mut self.other));
-            for (value, step) in self.wanted[first..].iter_mut().zip(&self.seed) {
-                *value -= step;
+            let found = self.go_to_wanted().and_then(|()| self.watch());
+            for (&(place, _), step) in self.columns.iter().zip(&self.seed) {
+                self.wanted[place] -= step;
             }
             found?;
-            for (column, _) in self.setup.colours.of_column.iter().enumerate().filter(|(_, own)| **own == colour) {
-                for k in self.setup.colours.column(column) {
-                    let row = self.setup.colours.rows[k] as usize;
-                    self.entries[k] = (self.other[row] - self.rates[row]) / self.seed[column];
-                }
-            }
+            let (rates, watched) = self.other.split_at_mut(self.rates.len());
+            rates.copy_from_slice(&self.rates);
+            watched.copy_from_slice(&self.watched);
+            self.keep_column_of(colour, |other, row, step| (other[row] - at[row]) / step);
         }
         Ok(())
+    }
+
+    /// Entries of the columns of one colour.
+    fn keep_column_of(&mut self, colour: u32, value: impl Fn(&[f64], usize, f64) -> f64) {
+        let columns = self.setup.colours.of_column.iter().enumerate().filter(|(_, own)| **own == colour);
+        for (column, _) in columns {
+            for k in self.setup.colours.column(column) {
+                self.entries[k] = value(&self.other, self.setup.colours.rows[k] as usize, self.seed[column]);
+            }
+        }
     }
 
     /// Ends and frees the instance, if there is one.
@@ -343,6 +376,18 @@ fn set(unit: &mut dyn Foreign, groups: &[Group], values: &[f64]) -> Result<(), H
         begin += group.values;
     }
     Ok(())
+}
+
+/// Where the columns of the Jacobian stand in a point, states first.
+fn columns(setup: &Setup) -> Vec<(usize, f64)> {
+    let inputs = values_of(&setup.inputs);
+    let states = (0..setup.states).map(|k| (1 + inputs + k, 1.0));
+    let inputs = (0..inputs).map(|k| (1 + k, 1.0));
+    states.chain(inputs).take(setup.colours.of_column.len()).collect()
+}
+
+fn references(first: &[u32], groups: &[Group]) -> Vec<u32> {
+    first.iter().chain(groups.iter().flat_map(|group| &group.references)).copied().collect()
 }
 
 fn nonsense() -> Halt {

@@ -74,7 +74,7 @@ impl Stepping {
                 format!("the unit needs the program that made it, {}", tool(description)),
             ));
         }
-        let driver = Driver::new(unit, host, driven, (interface, false), &Pattern::dense(0, 0))?;
+        let driver = Driver::new(unit, host, driven, (interface, false), (&Pattern::dense(0, 0), None))?;
         Ok(Self {
             row: vec![0.0; values_of(&driver.layout.outputs)],
             slopes: vec![0.0; driver.continuous],

@@ -54,6 +54,10 @@ impl DaeSystem for Instance {
         out.copy_from_slice(&self.loaded.model.nominals);
     }
 
+    fn tested(&self, out: &mut [bool]) {
+        out.fill(true);
+    }
+
     fn initial_nominals(&self, out: &mut [f64]) {
         out.copy_from_slice(&self.loaded.model.initial_nominals);
     }
@@ -226,7 +230,7 @@ impl Switches for Instance {
         self.switch_at(t, Point { unknown: y, rate: yp })
     }
 
-    fn switched(&self) -> Vec<f64> {
+    fn switched(&mut self) -> Vec<f64> {
         self.truths_and_values().map(|index| self.memory.data[index]).collect()
     }
 
@@ -238,7 +242,7 @@ impl Switches for Instance {
 }
 
 impl StateChoices for Instance {
-    fn states(&self, out: &mut [bool]) {
+    fn states(&mut self, out: &mut [bool]) {
         out.copy_from_slice(&self.loaded.model.structure.differential);
         for (set, choice) in self.loaded.model.candidates.iter().zip(&self.memory.choices) {
             set.mark(choice, out);
@@ -283,6 +287,10 @@ impl Delays for Instance {
 impl Inputs for Instance {
     fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError> {
         self.follow(input, series)
+    }
+
+    fn give_input(&mut self, input: usize, value: f64) -> Result<(), InputError> {
+        if self.hold_input(input, value, (0.0, 0.0)) { Ok(()) } else { Err(InputError::Unknown) }
     }
 
     fn input_reach(&mut self, t: f64) -> f64 {

@@ -213,6 +213,10 @@ impl Delaying<'_> {
         self.inner.nominals(out);
     }
 
+    pub(crate) fn tested(&self, out: &mut [bool]) {
+        self.inner.tested(out);
+    }
+
     pub(crate) fn initial_nominals(&self, out: &mut [f64]) {
         self.inner.initial_nominals(out);
     }

@@ -26,7 +26,10 @@ impl Simulator {
         run.problem.system.nominals(&mut self.weights.nominals);
         let suppress = run.options.suppress_algebraic;
         self.weights.set_differential(&self.differential);
-        self.weights.configure(run.options.tolerance, self.differential.iter().map(|&d| d || !suppress));
+        let mut tested = vec![true; self.differential.len()];
+        run.problem.system.tested(&mut tested);
+        let included = self.differential.iter().zip(&tested).map(|(&d, &tested)| tested && (d || !suppress));
+        self.weights.configure(run.options.tolerance, included);
         self.consistency.reset(&self.weights.nominals);
         self.consistency.read_states(run.problem);
         let share = if run.problem.system.structure().roots > 0 { MOST_OF_RUN_WITH_ROOTS } else { MOST_OF_RUN };

@@ -266,6 +266,10 @@ pub trait DaeSystem: Send {
     /// Size of each unknown for error weights, n values > 0 (the `nominal` attribute, 1 if not stated).
     fn nominals(&self, out: &mut [f64]);
 
+    /// Unknowns whose errors decide about steps.  Others only carry values that follow from these at the same instant, such as what one part
+    /// of a system hands to another.
+    fn tested(&self, out: &mut [bool]);
+
     /// Size of each initial unknown for convergence tests, values > 0 (1 where nothing is known).
     fn initial_nominals(&self, out: &mut [f64]);
 

@@ -29,7 +29,7 @@ pub trait Switches {
     fn switch(&mut self, t: f64, y: &[f64], yp: &[f64]) -> bool;
 
     /// All truths and discrete values.
-    fn switched(&self) -> Vec<f64>;
+    fn switched(&mut self) -> Vec<f64>;
 
     /// Puts all truths and discrete values back.
     fn switch_back(&mut self, kept: &[f64]);
@@ -38,7 +38,7 @@ pub trait Switches {
 /// Unknowns of which some are states at a time, the others following from constraints.
 pub trait StateChoices {
     /// Which unknowns are states at present: those of [`crate::Structure::differential`] but for the candidates that are not.
-    fn states(&self, out: &mut [bool]);
+    fn states(&mut self, out: &mut [bool]);
 
     /// Judges the choice of states at consistent values, and changes it where another one is clearly better.  Values
     /// stay consistent and every unknown stays as smooth as it was, so that the past of an integrator keeps its worth;
@@ -67,6 +67,13 @@ pub trait Inputs {
     /// # Errors
     /// Why it cannot.
     fn set_input(&mut self, input: usize, series: &Arc<Series>) -> Result<(), InputError>;
+
+    /// Lets an input (position in [`crate::Structure::inputs`]) have a value from now on, at every time until the next one is given.  That is
+    /// no event: who gives values at will takes care of what jumps.
+    ///
+    /// # Errors
+    /// There is no such input.
+    fn give_input(&mut self, input: usize, value: f64) -> Result<(), InputError>;
 
     /// How far a step from `t` may lead (s) so that no feature of the inputs is stepped over.
     fn input_reach(&mut self, t: f64) -> f64;

@@ -298,3 +298,138 @@ fn changed_description(bytes: &[u8], original: &[(String, Vec<u8>)]) -> Vec<(Str
     };
     original.iter().map(of).collect()
 }
+
+/// A loop around the mass: with it as a text and as a unit.
+const LOOP: &str = "model Loop
+  parameter Real k = 8;
+  Mass plant(m = 3);
+  Real e = 1 - plant.x;
+  Real s(start = 0, fixed = true);
+equation
+  der(s) = e;
+  plant.f = k*e + 0.5*s;
+  annotation(experiment(StopTime = 4, Tolerance = 1e-9));
+end Loop;
+";
+
+/// The block that `hyd unit` writes of `case.fmu`.
+fn block(scratch: &Scratch, more: &[&str]) -> String {
+    let _ = fs::remove_file(scratch.path().join("block.hyd"));
+    done(&run(scratch.path(), &[&["unit", "case.fmu", "-o", "block.hyd"], more].concat()));
+    scratch.read("block.hyd")
+}
+
+#[test]
+fn a_unit_is_a_block_in_a_loop() {
+    for version in ["2.0", "3.0"] {
+        let scratch = Scratch::new();
+        build(&scratch, MASS, version);
+        scratch.write("unit.hyd", block(&scratch, &["--read", "v"]) + LOOP);
+        scratch.write("text.hyd", format!("{MASS}{LOOP}"));
+        // Parameters of the unit are set as those of any block, in the text and on the command line.
+        for set in [&["--set", "k=5"][..], &["--set", "plant.m=0.7"]] {
+            for file in ["unit.hyd", "text.hyd"] {
+                let more = ["--model", "Loop", "--result", "r.csv", "--intervals", "7"];
+                done(&run(scratch.path(), &[&["simulate", file], set, &more].concat()));
+                fs::rename(scratch.path().join("r.csv"), scratch.path().join(format!("{file}.csv"))).unwrap();
+            }
+            let (unit, text) = (last(&scratch, "unit.hyd.csv"), last(&scratch, "text.hyd.csv"));
+            for name in ["plant.x", "plant.v", "plant.f", "e", "s"] {
+                let (own, wanted) = (value(&unit, name), value(&text, name));
+                assert!((own - wanted).abs() < 1e-6, "{version} {set:?} {name}: {own} and not {wanted}");
+            }
+        }
+    }
+}
+
+/// Events go both ways: the ball bounces within the unit, and the text changes its weight while it flies.
+#[test]
+fn a_unit_in_a_model_has_events() {
+    const BALL: &str = "model Ball
+  parameter Real e = 0.8;
+  input Real g(start = 9.81);
+  output Real h(start = 1, fixed = true);
+  Real v(start = 0, fixed = true);
+equation
+  der(h) = v;
+  der(v) = -g;
+  when h < 0 then
+    reinit(v, -e*pre(v));
+  end when;
+end Ball;
+";
+    const AROUND: &str = "model Around
+  Ball ball(e = 0.9);
+  Real above(start = 0, fixed = true);
+equation
+  ball.g = if time < 0.7 then 8 else 16;
+  der(above) = if ball.h > 0.25 then 1 else 0;
+  annotation(experiment(StopTime = 0.9, Tolerance = 1e-10));
+end Around;
+";
+    let scratch = Scratch::new();
+    build(&scratch, BALL, "3.0");
+    scratch.write("around.hyd", block(&scratch, &[]) + AROUND);
+    done(&run(scratch.path(), &["simulate", "around.hyd", "--model", "Around", "--result", "r.csv"]));
+    let row = last(&scratch, "r.csv");
+    // From 1 m with 8 m/s2: on the floor at 0.5 s with 4 m/s, back with 3.6 m/s, and with 16 m/s2 from 0.7 s on.
+    let (height, speed) = (3.6 * 0.2 - 4.0 * 0.2 * 0.2, 3.6 - 8.0 * 0.2);
+    let wanted = height + speed * 0.2 - 8.0 * 0.2 * 0.2;
+    assert!((value(&row, "ball.h") - wanted).abs() < 1e-7, "{row:?}");
+    // Above 0.25 m until sqrt(2*0.75/8), and again from the smaller root of 3.6 s - 4 s2 = 0.25 on, until it falls through it.
+    let (down, up) = (f64::sqrt(1.5 / 8.0), 0.5 + (3.6 - f64::sqrt(3.6 * 3.6 - 4.0)) / 8.0);
+    let fall = 0.7 + (speed + f64::sqrt(speed * speed + 32.0 * (height - 0.25))) / 16.0;
+    let wanted = down + fall.min(0.9) - up;
+    assert!((value(&row, "above") - wanted).abs() < 1e-6, "{row:?} and not {wanted}");
+}
+
+#[test]
+fn what_a_block_says_of_its_unit_is_checked() {
+    let scratch = Scratch::new();
+    build(&scratch, MASS, "3.0");
+    let text = block(&scratch, &[]) + "model Top\n  Mass a;\nequation\n  a.f = 1;\nend Top;\n";
+    for (old, new, said) in [
+        (
+            "variable = \"m\"",
+            "variable = \"mm\"",
+            "which has no parameter that can be set of that name; did you mean `m`?",
+        ),
+        ("variable = \"x\"", "variable = \"y\"", "`a.x` is said to be `y` of the unit"),
+        ("variable = \"f\"", "variable = \"x\"", "which has no input of that name"),
+        ("file = \"case.fmu\"", "file = \"cases.fmu\"", "`cases.fmu`"),
+        ("file = \"case.fmu\"", "file = 3", "the file of a unit is a string that is known at translation"),
+        ("Mass a;", "Mass a(n = 3);", "a(n = 3)"),
+        ("  Mass a;\nequation\n  a.f = 1;", "  Mass a[2](each f = 1);", "cannot be in an array of components"),
+    ] {
+        assert!(text.contains(old), "{old}");
+        scratch.write("top.hyd", text.replacen(old, new, 1));
+        let outcome =
+            run(scratch.path(), &["simulate", "top.hyd", "--model", "Top", "--stop", "1", "--result", "r.csv"]);
+        assert_eq!(outcome.code, Some(1), "{new}: {}", outcome.stderr);
+        assert!(outcome.stderr.contains(said), "`{said}` is not in {}", outcome.stderr);
+    }
+    scratch.write("top.hyd", &text);
+    // What runs texts alone says so.
+    for arguments in [
+        &["linearize", "top.hyd", "--model", "Top", "--at", "1"][..],
+        &["sweep", "top.hyd", "--model", "Top", "--vary", "a.m=1:2:3", "--result", "s"],
+    ] {
+        let outcome = run(scratch.path(), arguments);
+        assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+        assert!(
+            outcome.stderr.contains("the unit `case.fmu` of another tool, which cannot be run here"),
+            "{}",
+            outcome.stderr
+        );
+    }
+    fs::create_dir(scratch.path().join("elsewhere")).unwrap();
+    // A block that exists is not written over, and a text elsewhere does not find the unit.
+    for (arguments, code, said) in [
+        (["unit", "case.fmu", "-o", "block.hyd"], 1, "exists already"),
+        (["unit", "case.fmu", "-o", "elsewhere/block.hyd"], 2, "a text names files of its own folder"),
+        (["unit", "block.hyd", "-o", "b.hyd"], 2, "is not a unit"),
+    ] {
+        let outcome = run(scratch.path(), &arguments);
+        assert_eq!((outcome.code, outcome.stderr.contains(said)), (Some(code), true), "{}", outcome.stderr);
+    }
+}

@@ -92,7 +92,9 @@ fn type_through(guide: &str) -> PathBuf {
             (Some((kind, content)), Some(_)) => {
                 let named = ["modelica ", "shell ", "toml "].iter().find_map(|language| kind.strip_prefix(language));
                 if let Some(name) = named {
-                    fs::write(folder.join(name), content).expect("written");
+                    let path = folder.join(name);
+                    fs::create_dir_all(path.parent().expect("it stands in the folder")).expect("made");
+                    fs::write(path, content).expect("written");
                 } else if kind.starts_with("sh") {
                     shown.clear();
                     for command in content.lines() {

@@ -39,6 +39,8 @@ mod studies;
 mod study_initial;
 mod study_inputs;
 mod study_names;
+#[cfg(unix)]
+mod study_units;
 mod sweeps;
 mod units;
 mod view;

@@ -43,6 +43,7 @@ fn with_problem(study: &str, work: impl Fn(&Setup, &Problem<'_>, &Weighing, &[f6
         channels: setup.expressions(),
         driven: setup.driven(),
         library_classes: [].into(),
+        opaque: None,
     };
     let model = workshop.translate(&[]).expect("a model");
     let machine = setup.machine(model).expect("a machine");

@@ -89,6 +89,7 @@ fn simulate(call: &Call<'_>) -> Result<Answer, String> {
         return Ok(Answer::failed(&failure, &call.kept));
     }
     let run = Run {
+        units: None,
         compilation: &compilation,
         set: &set,
         table: None,

@@ -33,7 +33,8 @@ function begin() {
   document.getElementById("about").textContent =
     `${R.title ? R.title + ". " : ""}Model ${R.model}, set ${R.set}, shots ${R.shots.train.join(", ")} fitted${held}. ` +
     `${R.simulations} runs of one shot, ${fixed(R.seconds, 1)} s, seed ${R.seed}.` + (R.whole_loops ? ` ${R.whole_loops} of them were done again with whole loops, because rounding errors grew.` : "") +
-    (R.reason ? ` No name, because ${R.reason}.` : "") + (R.no_law ? ` No law, because ${R.no_law}.` : "");
+    (R.reason ? ` No name, because ${R.reason}.` : "") + (R.no_law ? ` No law, because ${R.no_law}.` : "") +
+    R.units.map((own) => ` ${own.words.charAt(0).toUpperCase() + own.words.slice(1)}.`).join("");
 }
 
 // The law that was written, term by term, and what else was fitted.

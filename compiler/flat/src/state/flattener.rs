@@ -13,6 +13,7 @@ use rustc_hash::FxHashMap;
 
 use crate::connections::connect::Connections;
 use crate::connections::equality_constraints::Record;
+use crate::connections::foreign_blocks::Found;
 use crate::connections::virtual_graph::VirtualGraph;
 use crate::model::{BlockId, ConstId, FlatModel, VarId};
 use crate::sections::inject::Pending;
@@ -99,6 +100,8 @@ pub(crate) struct Flattener<'t, 's> {
     /// Names of inputs of the model itself that follow recorded samples, and what they are.
     pub(crate) driven: Vec<String>,
     pub(crate) driven_instances: Vec<InstId>,
+    /// Units of other tools, until their variables are declared.
+    pub(crate) foreign: Vec<Found>,
     /// Who runs or compiles the functions that expressions call.
     pub(crate) functions: Functions<'t, 's>,
     /// What has been typed.

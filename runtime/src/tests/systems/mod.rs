@@ -158,6 +158,9 @@ impl<M: Model> DaeSystem for Hand<M> {
     fn nominals(&self, out: &mut [f64]) {
         out.copy_from_slice(&self.model.nominals());
     }
+    fn tested(&self, out: &mut [bool]) {
+        out.fill(true);
+    }
     fn initial_nominals(&self, out: &mut [f64]) {
         out.fill(1.0);
     }

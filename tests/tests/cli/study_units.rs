@@ -1,0 +1,174 @@
+//! `hyd discover` on a study whose model is a unit of another tool, of which nobody sees the equations.
+//!
+//! The bench is computed here, by Runge-Kutta steps so small that their errors are far below the noise: a mass on a spring that a valve
+//! moves and a further force comes upon, once as the unit has it, once with a position sensor that lags, with a valve that does, with a
+//! force that comes late.
+
+use std::fmt::Write as _;
+
+use serde_json::Value;
+
+use crate::process::{Scratch, command, run};
+
+const MODEL: &str = "model M
+  parameter Real m(unit = \"kg\", min = 0.1) = 1;
+  parameter Real k(unit = \"N/m\", min = 1) = 400;
+  parameter Real d(unit = \"N.s/m\", min = 0) = 12;
+  input Real u(unit = \"V\", start = 0);
+  parameter Real t_on(unit = \"s\") = 0.1;
+  output Real x(unit = \"m\", start = 0, fixed = true, nominal = 0.1);
+  Real v(unit = \"m/s\", start = 0, fixed = true);
+protected
+  parameter Real K(unit = \"N/V\") = 20;
+equation
+  der(x) = v;
+  m*der(v) = K*u - k*x - d*v + (if time > t_on then 40 else 0);
+end M;
+";
+/// What is left out costs runs, and tells nothing here that other tests do not.
+const STUDY: &str = "without = [\"Hyd.Effects.Sensing.Clipping\", \"Hyd.Effects.Sensing.AbsoluteValue\", \"Hyd.Effects.Sensing.WrongSign\",\n\
+    \"Hyd.Effects.Sensing.SensorDeadZone\", \"Hyd.Effects.Sensing.Offset\", \"Hyd.Effects.Actuation.ActuatorHysteresis\",\n\
+    \"Hyd.Effects.Actuation.ActuatorDeadZone\", \"Hyd.Effects.Actuation.ActuatorLimit\"]\nfile = \"m.fmu\"\n[models]\ndefault = \"M\"\n[channels]\nx_mm = { variable = \"x\", scale = 1e3, unit = \"mm\" }\n\
+    v = { variable = \"v\", unit = \"m/s\" }\n[inputs]\nu = { column = \"volt\", hold = \"smooth\" }\n[nuisances]\n\
+    m = { parameter = \"m\", relative = 0.02 }\nk = { parameter = \"k\", relative = 0.02 }\n[conditions]\nt_on = \"on_s\"\n[shots]\ntime = \"t\"\n\
+    trigger_moves = [\"t_on\"]\n";
+const SET: &str = "{\"noise_std\": {\"x_mm\": 0.2, \"v\": 4e-3}, \"experiments\": [{\"file\": \"s1.csv\", \"a\": 1, \"on_s\": 0.1},\n\
+    {\"file\": \"s2.csv\", \"a\": 2, \"on_s\": 0.1}, {\"file\": \"s3.csv\", \"a\": 3, \"on_s\": 0.1}, {\"file\": \"s4.csv\", \"a\": 4, \"on_s\": 0.1}]}";
+/// What the bench has in truth.
+const MASS: f64 = 1.02;
+const STIFFNESS: f64 = 396.0;
+/// When a further force is to come (s).
+const ON: f64 = 0.1;
+/// Samples of a shot, their distance (s), and the steps between two.
+const SAMPLES: usize = 81;
+const STEP: f64 = 0.01;
+const WITHIN: usize = 50;
+
+/// Numbers between -1 and 1 (Park, Miller 1988).
+struct Draws(u64);
+
+impl Draws {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0 * 48_271 % 2_147_483_647;
+        self.0 as f64 / 1_073_741_823.5 - 1.0
+    }
+
+    /// The sum of twelve uniform numbers is all but normal; standard deviation 1.
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.next()).sum::<f64>() / 2.0
+    }
+}
+
+/// Time constants of the valve and of the position's sensor, and how late the further force comes (s); 0: there is none.
+#[derive(Clone, Copy)]
+struct Hidden {
+    valve: f64,
+    sensor: f64,
+    late: f64,
+}
+
+/// The table of a shot.
+fn table(shot: usize, hidden: Hidden) -> String {
+    let mut draws = Draws(1_717 + 31 * shot as u64);
+    let (height, speed) = (shot as f64, 5.0 + 4.0 * shot as f64);
+    let input = |t: f64| height * (speed * t).sin();
+    let rates = |t: f64, [valve, x, v, shown]: [f64; 4], further: f64| {
+        let (u, valve_rate) =
+            if hidden.valve > 0.0 { (valve, (input(t) - valve) / hidden.valve) } else { (input(t), 0.0) };
+        let shown_rate = if hidden.sensor > 0.0 { (x - shown) / hidden.sensor } else { v };
+        [valve_rate, v, (20.0 * u + further - STIFFNESS * x - 12.0 * v) / MASS, shown_rate]
+    };
+    let mut state = [0.0; 4];
+    let mut text = String::from("t,volt,x_mm,v\n");
+    for k in 0..SAMPLES {
+        let t = STEP * k as f64;
+        let (x, v) = (1e3 * state[3] + 0.2 * draws.normal(), state[2] + 4e-3 * draws.normal());
+        writeln!(text, "{t:.3},{:.9},{x:.5},{v:.6}", input(t)).unwrap();
+        let h = STEP / WITHIN as f64;
+        for n in 0..WITHIN {
+            let t = t + h * n as f64;
+            let along = |state: [f64; 4], rate: [f64; 4], h: f64| std::array::from_fn(|i| state[i] + h * rate[i]);
+            // A step ends where the force comes.
+            let further = if t + h / 2.0 > ON + hidden.late { 40.0 } else { 0.0 };
+            let a = rates(t, state, further);
+            let b = rates(t + h / 2.0, along(state, a, h / 2.0), further);
+            let c = rates(t + h / 2.0, along(state, b, h / 2.0), further);
+            let d = rates(t + h, along(state, c, h), further);
+            state = std::array::from_fn(|i| state[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+        }
+    }
+    text
+}
+
+/// The report of a search, in a folder that holds all of it.
+fn searched(hidden: Hidden) -> (Scratch, Value, String) {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MODEL);
+    let build = ["build", "m.hyd", "--fmu", "3.0", "-o", "m.fmu"];
+    let made = command(folder.path(), &build).env("HYD_UNIT", crate::units::library()).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    // Nothing but the unit tells what the model is.
+    std::fs::remove_file(folder.path().join("m.hyd")).unwrap();
+    folder.write("st.toml", STUDY);
+    folder.write("set.json", SET);
+    (1..=4).for_each(|shot| folder.write(&format!("s{shot}.csv"), table(shot, hidden)));
+    let outcome =
+        run(folder.path(), &["discover", "st.toml", "--bench", "set.json", "--report", "r", "--threads", "1"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let json = serde_json::from_str(&folder.read("r/report.json")).unwrap();
+    (folder, json, outcome.stdout)
+}
+
+/// The only effect of a report: what it is, where, and its size.
+fn found(json: &Value) -> (String, f64) {
+    let effects = json["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 1, "{effects:?}");
+    let size = effects[0]["parameters"][0]["value"].as_f64().unwrap();
+    (effects[0]["effect"].as_str().unwrap().to_string(), size)
+}
+
+#[test]
+fn a_bench_that_is_as_the_unit_says_lacks_nothing() {
+    let (_, json, said) = searched(Hidden { valve: 0.0, sensor: 0.0, late: 0.0 });
+    assert_eq!(json["status"], "adequate", "{said}");
+    // That nobody has looked inside is said in both, once.
+    assert_eq!(said.matches("the insides of `m.fmu` cannot be looked at").count(), 1, "{said}");
+    assert_eq!(json["units"][0]["file"], "m.fmu");
+    // Terms at equations have no `id`.
+    assert!(json["location"].as_array().unwrap().iter().all(|own| own["id"].is_string()), "{}", json["location"]);
+}
+
+#[test]
+#[ignore = "half a minute of CPU time, most of it messages to the process of the unit"]
+fn a_sensor_that_lags_behind_a_unit_is_named() {
+    let (folder, json, said) = searched(Hidden { valve: 0.0, sensor: 0.02, late: 0.0 });
+    assert_eq!(json["status"], "sensor", "{said}");
+    let (effect, size) = found(&json);
+    assert_eq!(effect, "lag of x_mm", "{said}");
+    assert!((size / 0.02 - 1.0).abs() < 0.03, "{size}");
+    // The written model runs where it was written, with a copy of the unit.
+    let files =
+        ["simulate", "r/discovered.hyd", "--parameters", "r/shots/shot_1.toml", "--input", "r/shots/shot_1_inputs.csv"];
+    let again = run(folder.path(), &[&files[..], &["--result", "again.csv"]].concat());
+    assert_eq!(again.code, Some(0), "{}", again.stderr);
+}
+
+#[test]
+#[ignore = "half a minute of CPU time, most of it messages to the process of the unit"]
+fn what_a_unit_is_given_lags_and_is_named() {
+    let (_, json, said) = searched(Hidden { valve: 0.03, sensor: 0.0, late: 0.0 });
+    assert_eq!(json["status"], "named", "{said}");
+    let (effect, size) = found(&json);
+    assert_eq!(effect, "actuator_lag of u_given", "{said}");
+    assert!((size / 0.03 - 1.0).abs() < 0.03, "{size}");
+}
+
+#[test]
+#[ignore = "half a minute of CPU time, most of it messages to the process of the unit"]
+fn a_trigger_of_a_unit_that_comes_late_is_named() {
+    let (_, json, said) = searched(Hidden { valve: 0.0, sensor: 0.0, late: 0.012 });
+    assert_eq!(json["status"], "sensor", "{said}");
+    let (effect, size) = found(&json);
+    assert_eq!(effect, "late_trigger of trigger", "{said}");
+    assert!((size / 0.012 - 1.0).abs() < 0.03, "{size}");
+}
