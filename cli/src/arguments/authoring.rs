@@ -41,7 +41,7 @@ pub struct UnitFile {
     /// Writes the unit as a block, for models in which it is a component
     #[arg(long, short, value_name = "F.hyd")]
     pub output: Option<PathBuf>,
-    /// The block has this variable, too, which is no output
+    /// Also gives the block this variable, which is not an output
     #[arg(long, value_name = "NAME", requires = "output")]
     pub read: Vec<String>,
     /// Prints all of it as JSON

@@ -1,14 +1,14 @@
 //! Does what differs from shot to shot follow the conditions under which the shots were made?
 //!
-//! Parts scatter and mains hum whatever a shot is set to.  What grows with the supply, or with whether a part was built in, is an error of
-//! the model.  Told by the correlation with each condition (Fisher's transformation; Fisher, Metron 1 (1921) 3).
+//! Parts scatter and mains hum whatever a shot is set to.  What grows with the supply, or depends on whether a part was built in, is an error
+//! of the model.  The test is the correlation with each condition (Fisher's transformation; Fisher, Metron 1 (1921) 3).
 
 use hyd_system::math::{ln, square};
 
 use crate::Setup;
 use crate::formula::evaluate;
 
-/// Fisher's variable in its standard deviations above which a correlation is hardly one of chance: 1 of 100.
+/// Fisher's variable in its standard deviations above which a correlation is significant (two-sided, 1 %).
 const CERTAIN: f64 = 2.576;
 /// Fewest shots of which anything can be told.
 const FEWEST: usize = 4;

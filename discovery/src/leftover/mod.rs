@@ -342,7 +342,7 @@ mod tests {
     use super::are_in_step;
 
     #[test]
-    fn waves_in_step_with_the_trigger_are_no_hum() {
+    fn waves_in_step_with_the_trigger_are_not_hum() {
         let of =
             |phases: &[f64]| phases.iter().flat_map(|phase: &f64| [2.0 * phase.sin(), 2.0 * phase.cos()]).collect();
         let amplitudes = |phases: &[f64]| -> Vec<f64> { of(phases) };

@@ -28,9 +28,6 @@ const APART: f64 = 0.1;
 /// Share of what was missing (in the excess of the mean square over that of noise) that a name may leave where samples
 /// are not granted any tolerance of time: what rises steeply is met a little too early or too late by all models.
 const LEFT: f64 = 0.15;
-/// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
-/// ones, and that counts as no less than the second number.
-const HIDDEN: (f64, f64) = (5.0, 0.1);
 /// Share of the excess that the best effect leaves, of which a term that explains all leaves no more.
 const NEXT_TO_NOTHING: f64 = 0.05;
 /// What is said of a candidate whose numbers cannot be.
@@ -267,7 +264,7 @@ impl Search<'_> {
         }
         let base = pass.base.problem(self.setup)?;
         let excess = |shots, refit| Gap::of(&base, &pass.fit.xi, shots, refit).map(|gap| gap.left - 1.0);
-        Ok(excess(&self.setup.held_out, true)? > HIDDEN.0 * excess(&self.setup.train, false)?.max(HIDDEN.1))
+        Ok(rule::is_hidden(excess(&self.setup.held_out, true)?, excess(&self.setup.train, false)?))
     }
 }
 

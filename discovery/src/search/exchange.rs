@@ -6,6 +6,7 @@
 
 use super::context::{Search, patience};
 use super::found::{Found, Rival};
+use super::pass::Pass;
 use super::plausible::are_plausible;
 use super::rule::{Exchange, exchange};
 use crate::catalogue::Candidate;
@@ -16,11 +17,11 @@ use crate::problem::Problem;
 
 impl Search<'_> {
     /// Fits rivals in the places of all effects but the last one, and keeps the better one of each; the fit of what is in the model then.
-    /// A tie that is decided is over.
+    /// A tie that is decided is over, and what has lost is told so where it was fitted first.
     ///
     /// # Errors
     /// A model that cannot be translated.
-    pub(super) fn exchanged(&self, found: &mut Found, mut fit: Fit) -> Result<Fit, Fault> {
+    pub(super) fn exchanged(&self, found: &mut Found, passes: &mut [Pass], mut fit: Fit) -> Result<Fit, Fault> {
         for number in 0..found.all.len().saturating_sub(1) {
             let (mut kept, mut is_open): (Vec<Rival>, bool) = (Vec::new(), false);
             for rival in std::mem::take(&mut found.all[number].rivals) {
@@ -40,14 +41,16 @@ impl Search<'_> {
                 drop(problem);
                 let plausible =
                     [(&with, &fit), (&other, &again)].map(|(of, fit)| are_plausible(of, self.setup, fit, number));
-                match exchange((fit.cost - again.cost) / scale, plausible) {
-                    Exchange::Stays => {}
+                let cost_drop = (fit.cost - again.cost) / scale;
+                match exchange(cost_drop, plausible) {
+                    Exchange::Stays => tell(passes, &rival.candidate, own, -cost_drop, plausible[1]),
                     Exchange::Open => {
                         is_open = true;
                         kept.push(rival);
                     }
                     Exchange::Replaced => {
                         let numbers = numbers_of(&with.problem(self.setup)?, &fit, number);
+                        tell(passes, own, &rival.candidate, cost_drop, plausible[0]);
                         let own = std::mem::replace(&mut found.all[number].candidate, rival.candidate);
                         kept.push(Rival { candidate: own, numbers });
                         fit = again;
@@ -98,6 +101,22 @@ impl Search<'_> {
         let rest = Hypothesis::new(self.setup, self.workshop, found.effects())?;
         let problem = rest.problem(self.setup)?;
         Ok(minimise(&problem, &start, &self.whole(), patience(&problem), None).ok())
+    }
+}
+
+/// Says of a candidate, in the passes where it was fitted and nothing weightier spoke against it, that another one has its place now.
+fn tell(passes: &mut [Pass], candidate: &Candidate, winner: &Candidate, cost_drop: f64, is_plausible: bool) {
+    let words = if is_plausible {
+        format!("with the other effects in the model, {} explains more, by {cost_drop:.0}", winner.label())
+    } else {
+        let winner = winner.label();
+        format!(
+            "with the other effects in the model its numbers are beyond what is plausible; {winner} is kept instead"
+        )
+    };
+    let tried = passes.iter_mut().flat_map(|pass| &mut pass.tried);
+    for own in tried.filter(|own| own.fit.is_some() && own.verdict.is_empty() && own.hypothesis.ends_with(candidate)) {
+        own.verdict.clone_from(&words);
     }
 }
 

@@ -126,7 +126,7 @@ impl Search<'_> {
                 refused.push(without);
                 start = Some(again);
             } else if taken.is_some() {
-                start = start.map(|fit| self.exchanged(&mut found, fit)).transpose()?;
+                start = start.map(|fit| self.exchanged(&mut found, &mut passes, fit)).transpose()?;
             } else if let Some(mut tie) = found.last_tie() {
                 // Nothing was found beside it: the tie is the answer.
                 found.truncate(tie.number);

@@ -10,6 +10,9 @@ use hyd_system::math;
 const NEARLY_ALL: f64 = 0.8;
 /// Share of what is missing that the first of several names leaves where a law may explain it all instead.
 const PIECE: f64 = 0.05;
+/// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
+/// ones, and that counts as no less than the second number.
+const HIDDEN: (f64, f64) = (5.0, 0.1);
 /// What scatter pays for each number that it has more than the effects in whose place it is taken up.
 const OF_EACH_NUMBER: f64 = 3.0;
 /// Fewest shots whose sizes have an order, and the standard errors by which neighbours differ.
@@ -197,6 +200,12 @@ pub(super) fn enough_for_scatter(misfit: f64, stated: Option<f64>, (of_scatter, 
     }
 }
 
+/// True if shots held out show a gap of which the fitted ones hide the most: by how much the mean squares exceed that of noise there, and in the
+/// fitted shots.
+pub(super) fn is_hidden(held_out: f64, fitted: f64) -> bool {
+    held_out > HIDDEN.0 * fitted.max(HIDDEN.1)
+}
+
 /// True if sizes with their standard errors, in the order of the shots, only grow or only fall, by more than they are uncertain: what scatters
 /// has no order.  Of `n` shots chance alone puts two in `n!` so.
 pub(super) fn has_order(sizes: &[(f64, f64)]) -> bool {
@@ -212,7 +221,7 @@ pub(super) fn has_order(sizes: &[(f64, f64)]) -> bool {
 mod tests {
     use super::{
         Exchange, Outcome, Standing, Without, enough_for_scatter, exchange, has_order, imitates, is_beaten_by,
-        is_pieced, is_taken, leader, outcome, places_of_more,
+        is_hidden, is_pieced, is_taken, leader, outcome, places_of_more,
     };
 
     const UNEXPLAINED: Without = Without { is_adequate: false, is_noise: false };
@@ -266,6 +275,14 @@ mod tests {
         // Six numbers in place of one must explain more.
         assert_eq!(enough_for_scatter(200.0, None, (6, 1)), 195.0);
         assert_eq!(enough_for_scatter(200.0, None, (6, 6)), 210.0);
+    }
+
+    #[test]
+    fn what_shots_held_out_show_is_a_gap_where_the_fitted_ones_hide_it() {
+        // A law that imitates parameters that scatter leaves 2 % beyond noise in the fitted shots and 41 % in the one held out.
+        assert!(is_hidden(1.41 * 1.41 - 1.0, 1.02 * 1.02 - 1.0));
+        // Scatter of the mean square itself is not a gap, nor is what the fitted shots show as well.
+        assert!(!is_hidden(0.4, 0.01) && !is_hidden(4.0, 1.0));
     }
 
     #[test]

@@ -60,13 +60,21 @@ fn a_real_positioning_system_rubs() {
 
 /// Resistance and dielectric absorption of the bank explain its sagging voltage equally well, until it is found that the winding warms up and
 /// that the coil is another one with a tube in it.  Numbers are those of a fit of all shots with these three effects by
-/// `scipy.optimize.least_squares` in equations written down anew: 0.0368 Ohm, 8.1e-4 per joule, 0.104.
+/// `scipy.optimize.least_squares` in equations written independently: 0.0368 Ohm, 8.1e-4 per joule, 0.104.
 #[test]
 fn a_tie_is_decided_by_what_else_is_missing() {
     let (report, mut named, words) = answer("kicker");
     assert_eq!(report["status"], "named", "{words}");
     named.sort();
     assert_eq!(named, ["bank_resistance", "tube_inductance", "winding_heating"], "{words}");
+    // Why the other one was not named is said where the two were alike.
+    let candidates = report["candidates"].as_array().expect("a list");
+    let alike = candidates.iter().find(|own| own["id"] == "dielectric_absorption").expect("a candidate");
+    let verdict = alike["verdict"].as_str().expect("a string");
+    assert!(
+        verdict.starts_with("with the other effects in the model, bank_resistance explains more, by "),
+        "{verdict}"
+    );
     let size = |id: &str| {
         let effects = report["effects"].as_array().expect("a list");
         let own = effects.iter().find(|own| own["id"] == id).expect("named");
