@@ -1,7 +1,8 @@
 //! Operating points: under which conditions the shots were made, and which of them are held out.
 //!
 //! Shots differ where a condition that decides a parameter does, where states begin elsewhere, or where a recorded input takes another course.
-//! Conditions are set and compared exactly; beginnings and inputs are measured, and repeats differ by noise.
+//! Conditions are set and compared exactly; beginnings and inputs are measured, and repeats differ by noise.  Windows of one record begin
+//! with states that nobody has set and not all of which are measured: they differ where a channel swings wider in one than in another.
 
 use hyd_system::math::square;
 
@@ -14,6 +15,10 @@ use crate::{Bench, Study};
 const HELD_OUT: usize = 4;
 /// Beginnings and inputs that differ by less than this part of their size are the same.
 const SAME: f64 = 0.05;
+/// Windows differ where a channel's swing differs by this part of the widest one: as far as a law that is not linear shows in them.
+const SAME_SWING: f64 = 0.2;
+/// Part of the samples that is left out at either end of a swing, so that single ones do not decide it.
+const TAIL: f64 = 0.02;
 /// Times at which inputs are compared.
 const LOOKS: usize = 256;
 
@@ -34,6 +39,24 @@ pub(crate) fn are_several(study: &Study, bench: &Bench) -> bool {
     study.conditions.values().any(differ)
         || study.initial.values().filter_map(Initial::formula).any(begin_elsewhere)
         || bench.shots.windows(2).any(|pair| are_driven_apart(&pair[0], &pair[1]))
+        || study.channels.keys().any(|channel| swings_apart(channel, bench))
+}
+
+/// True if a channel swings wider in one window of a record than in another.
+fn swings_apart(channel: &str, bench: &Bench) -> bool {
+    let windows = bench.shots.iter().filter(|shot| shot.is_window);
+    let swings: Vec<f64> = windows.filter_map(|shot| swing(shot.values.get(channel)?)).collect();
+    let (low, high) = swings.iter().fold((f64::MAX, 0.0f64), |(a, b), &swing| (a.min(swing), b.max(swing)));
+    high - low > SAME_SWING * high
+}
+
+/// From where to where values go, but for the outermost ones; none without a value.
+fn swing(values: &[f64]) -> Option<f64> {
+    let mut known: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
+    known.sort_unstable_by(f64::total_cmp);
+    let last = known.len().checked_sub(1)?;
+    let left_out = (TAIL * last as f64) as usize;
+    Some(known[last - left_out] - known[left_out])
 }
 
 /// How far the value of a formula goes while the channels whose first samples stand in it go from end to end; none where it holds none.
@@ -124,6 +147,34 @@ mod tests {
             shot
         };
         Bench { shots: begins.iter().map(shot).collect(), ..Bench::default() }
+    }
+
+    /// Windows of a swing that loses this part of its first width from one to the next, all of which begin where it passes the centre.
+    fn windows(loss: f64) -> Bench {
+        let window = |k: u32| {
+            let times: Vec<f64> = (0..200).map(|n| 0.01 * f64::from(n)).collect();
+            let width = 1.0 - loss * f64::from(k);
+            let values: Vec<f64> = times.iter().map(|t| width * (20.0 * t).sin()).collect();
+            Shot {
+                times,
+                values: [("y".to_string(), values)].into_iter().collect(),
+                is_window: true,
+                ..Shot::default()
+            }
+        };
+        Bench { shots: (0..4).map(window).collect(), ..Bench::default() }
+    }
+
+    #[test]
+    fn windows_differ_by_how_wide_a_channel_swings() {
+        let text = "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\ny = { variable = \"x\" }\n\
+            [initial]\nx = { value = \"first_y\", absolute = 0.1 }\n";
+        let study = Study::parse(text).unwrap_or_else(|fault| panic!("{fault}"));
+        assert!(are_several(&study, &windows(0.1)));
+        assert!(!are_several(&study, &windows(0.01)));
+        let mut repeats = windows(0.1);
+        repeats.shots.iter_mut().for_each(|shot| shot.is_window = false);
+        assert!(!are_several(&study, &repeats), "how wide shots swing is not set by a lab");
     }
 
     #[test]

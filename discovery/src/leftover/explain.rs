@@ -1,6 +1,7 @@
 //! What linear columns explain of residuals, with the nuisances following them.
 //!
-//! Least squares over the amplitudes of the columns, the nuisances projected out with their prior as in [`crate::projection`].
+//! Least squares over the amplitudes of the columns, with a prior where one is given, the nuisances projected out with theirs as in
+//! [`crate::projection`].
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -27,9 +28,10 @@ pub(super) struct Explained {
 /// A share of the largest eigenvalue below which amplitudes are not told apart.
 const RIDGE: f64 = 1e-9;
 
-/// The amplitudes that explain most of `residuals`, whose derivatives by nuisances are `jacobian`; rows are weighed by `scales`.
+/// The amplitudes that explain most of `residuals`, whose derivatives by nuisances are `jacobian`; rows are weighed by `scales`.  Amplitudes
+/// are expected within `spread` of zero, if there is one, and what they are beyond that is paid for.
 pub(super) fn explained(
-    columns: &[Columns],
+    (columns, spread): (&[Columns], Option<f64>),
     (residuals, jacobian): (&DVector<f64>, &DMatrix<f64>),
     scales: &[f64],
     xi: &[f64],
@@ -58,8 +60,9 @@ pub(super) fn explained(
     });
     let ridge = RIDGE * (0..count).map(|k| inner[(k, k)]).fold(0.0, f64::max);
     let mut regular = inner;
+    let prior = spread.map_or(0.0, |spread| 1.0 / (spread * spread));
     for k in 0..count {
-        regular[(k, k)] += ridge;
+        regular[(k, k)] += ridge + prior;
     }
     let amplitudes = Cholesky::new(regular)?.solve(&along);
     let mut follow = DVector::zeros(jacobian.ncols());
@@ -100,7 +103,10 @@ mod tests {
         let residuals = residuals + at * &nuisance;
         let part = |from: usize| Columns { first: from, values: (from..from + 30).map(wave).collect() };
         let jacobian = DMatrix::from_columns(std::slice::from_ref(&nuisance));
-        let found = explained(&[part(0), part(30)], (&residuals, &jacobian), &vec![1.0; n], &[at]).expect("regular");
+        let fit = |spread: Option<f64>| {
+            explained((&[part(0), part(30)], spread), (&residuals, &jacobian), &vec![1.0; n], &[at]).expect("regular")
+        };
+        let found = fit(None);
         let all = DMatrix::from_fn(n, 3, |row, k| match k {
             0 => nuisance[row],
             1 if row < 30 => -wave(row),
@@ -110,10 +116,17 @@ mod tests {
         let mut normal = all.transpose() * &all;
         normal[(0, 0)] += 1.0;
         let gradient = all.transpose() * &residuals + DVector::from_column_slice(&[at, 0.0, 0.0]);
-        let step = -normal.cholesky().expect("regular").solve(&gradient);
+        let step = -normal.clone().cholesky().expect("regular").solve(&gradient);
         assert!((found.amplitudes[0] - step[1]).abs() < 1e-6 && (found.amplitudes[1] - step[2]).abs() < 1e-6);
         assert!((found.amplitudes[0] - 2.0).abs() < 0.1 && (found.amplitudes[1] + 1.0).abs() < 0.1);
         let left = &residuals + &all * &step;
         assert!((found.left - left).amax() < 1e-6);
+        // With a prior of theirs.
+        let expected = fit(Some(0.5));
+        normal[(1, 1)] += 4.0;
+        normal[(2, 2)] += 4.0;
+        let step = -normal.cholesky().expect("regular").solve(&gradient);
+        assert!((expected.amplitudes[0] - step[1]).abs() < 1e-6 && (expected.amplitudes[1] - step[2]).abs() < 1e-6);
+        assert!((expected.gain + gradient.dot(&step)).abs() < 1e-6 * expected.gain && expected.gain < found.gain);
     }
 }

@@ -40,6 +40,9 @@ const IN_STEP: f64 = 4.6;
 const FEWEST: usize = 2;
 /// Largest relative scatter from shot to shot: what changes more is another state of the machine, and an effect.
 const LARGEST: f64 = 0.06;
+/// Relative scatter that is expected of one, or its tolerance where that is less: shots between which a parameter is badly known would
+/// have any otherwise.
+const EXPECTED: f64 = 0.03;
 
 /// What was found in the residuals of a fit.
 pub(crate) struct Leftover {
@@ -280,7 +283,14 @@ impl State<'_> {
         for block in self.blocks {
             scales[block.first..block.first + block.rows].fill(1.0 / levels[block.channel].factor);
         }
-        let mut found = explained(&self.columns(disturbance), (&self.residuals, &self.jacobian), &scales, xi)?;
+        let spread = match disturbance {
+            Disturbance::Scatter(_, unknown) => {
+                Some((EXPECTED / self.problem.unknowns[*unknown].slope(0.0).abs()).min(1.0))
+            }
+            _ => None,
+        };
+        let columns = self.columns(disturbance);
+        let mut found = explained((&columns, spread), (&self.residuals, &self.jacobian), &scales, xi)?;
         if let Disturbance::Scatter(_, unknown) = disturbance {
             // No part scatters more than its tolerance.
             let mean = found.amplitudes.iter().sum::<f64>() / found.amplitudes.len() as f64;

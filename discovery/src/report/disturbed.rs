@@ -17,6 +17,9 @@ const MOST: usize = 10;
 /// Share of the excess below which what is left is not worth a sentence.
 const ALL: f64 = 0.02;
 
+/// Noise that is so many times what was stated is worth a sentence.
+const WORTH_IT: f64 = 1.05;
+
 /// Everything that disturbs, as data and as sentences.
 pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
     let (data, found) = (&scene.setup.data, &scene.setup.disturbances);
@@ -28,17 +31,19 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         let size = level.size * data.channels[channel].noise.sigma * data.channels[channel].scale.abs();
         levels.push(json!({"channel": name(channel), "size": number(size), "of_noise": number(level.size),
             "samples": number(level.length), "bursts": number(level.bursts), "white": level.is_white()}));
-        sentences.push(if level.is_white() {
-            format!("noise of {} is {:.1} times what was stated", name(channel), level.size)
+        if level.is_white() {
+            // What rounds to the noise as stated is no news.
+            let words = format!("noise of {} is {:.1} times what was stated", name(channel), level.size);
+            sentences.extend((level.size >= WORTH_IT).then_some(words));
         } else {
-            format!(
+            sentences.push(format!(
                 "what every model leaves in {} is {size:.2e} {} ({:.1} times the noise), alike over {:.0} samples",
                 name(channel),
                 unit(channel),
                 level.size,
                 level.length
-            )
-        });
+            ));
+        }
     }
     let left = &gaps.after.as_ref().unwrap_or(&gaps.before).train.channels;
     for (channel, gap) in left.iter().enumerate().filter(|(_, gap)| **gap < OVERSTATED) {

@@ -10,7 +10,7 @@ use crate::fault::Fault;
 use crate::fit::Fit;
 use crate::fit::schedule::Record;
 use crate::hypothesis::Look;
-use crate::proof::{Gap, unseen};
+use crate::proof::Gap;
 use crate::thresholds::{ADEQUATE, LEAD, PROMISING, adequate, noise};
 use crate::unknowns::{LIMIT, Unknown};
 
@@ -143,7 +143,14 @@ impl Search<'_> {
         rule::outcome(&self.standings(pass), without, is_beaten)
     }
 
-    pub(super) fn conclude(&self, passes: Vec<Pass>, found: &[Candidate], outcome: Outcome) -> Result<Findings, Fault> {
+    pub(super) fn conclude(
+        &self,
+        mut passes: Vec<Pass>,
+        mut found: Vec<Candidate>,
+        outcome: Outcome,
+    ) -> Result<Findings, Fault> {
+        let outcome = if self.withdraw(&mut passes, &mut found)? { Outcome::Unexplained } else { outcome };
+        let found = &found[..];
         let runs = passes.iter().map(Pass::runs).sum();
         let (status, ambiguous) = (Status::Adequate, Vec::new());
         let mut findings = Findings {
@@ -240,9 +247,7 @@ impl Search<'_> {
             return Ok(Some(Doubt::new(words)));
         }
         // With the tolerance of time of the fits: what rises steeply may be met a little too late before and too early after.
-        let tau = setup.study.shots.time_tolerance;
-        let misfit = |pass: &Pass| unseen(&pass.base.problem(setup)?, &pass.fit.xi, &setup.held_out, tau);
-        let (before, after) = (misfit(first)?, misfit(last)?);
+        let (before, after) = (self.unseen(first)?, self.unseen(last)?);
         // An effect at the edge of what can be seen moves the sum of squares there by a few to either side.
         Ok((after > before + LEAD).then(|| {
             let by = (after / before).sqrt();

@@ -30,6 +30,7 @@ mod rounds;
 mod rule;
 mod shortlist;
 mod terms;
+mod withdraw;
 
 use crate::catalogue::Candidate;
 use crate::fault::Fault;
@@ -136,7 +137,7 @@ impl Search<'_> {
                 }
                 let dropped: usize = passes.drain(tie.passes..).map(|pass| pass.runs()).sum();
                 passes.last_mut().into_iter().for_each(|pass| pass.dropped += dropped);
-                return self.conclude(passes, &found.effects(), Outcome::Several(tie.close));
+                return self.conclude(passes, found.effects(), Outcome::Several(tie.close));
             } else if !found.ties.is_empty() {
                 // What was found beside it is the model in which those that are alike are compared at last.
                 start = match passes.last() {
@@ -144,7 +145,7 @@ impl Search<'_> {
                     None => None,
                 };
             } else {
-                return self.conclude(passes, &found.effects(), outcome);
+                return self.conclude(passes, found.effects(), outcome);
             }
         }
     }

@@ -158,6 +158,14 @@ impl Findings {
         if is_named { self.passes.last().map_or(0, |last| last.base.inserts.len()) } else { 0 }
     }
 
+    /// True if the last pass of these holds every effect of that of `other`, named or not.
+    pub(super) fn has_found(&self, other: &Self) -> bool {
+        let inserts = |own: &Self| own.passes.last().map(|last| last.base.inserts.clone()).unwrap_or_default();
+        let known = inserts(self);
+        let labels: Vec<String> = known.iter().map(Candidate::label).collect();
+        inserts(other).iter().all(|insert| labels.contains(&insert.label()))
+    }
+
     /// The word of the status.
     pub fn word(&self) -> &'static str {
         self.status.word()

@@ -4,7 +4,7 @@
 //! ([`crate::leftover`]): bad samples, hum, drift, parameters that scatter, and model error with a size and a correlation.  The
 //! search then begins again with these taken up, until they no longer change; waves that were named are taken up where they were
 //! ([`super::ends`]).  Effects that were named late, or that have a size of their
-//! own in every shot, may only have imitated parameters that scatter; where scatter explains as much as they do, it is taken up in
+//! own in every shot, and laws that the records chose, may only have imitated parameters that scatter; where scatter explains as much as they do, it is taken up in
 //! their place, unless the sizes of the shots have an order.
 
 use super::context::Search;
@@ -87,7 +87,8 @@ impl Search<'_> {
         }
         // Where a fit left nothing but noise as stated, a name that only comes with disturbances is not better founded than none.
         let is_named = matches!(findings.status, Status::Named | Status::Sensor | Status::Law);
-        if let Some(before) = unexplained.filter(|_| is_named) {
+        let is_new = |before: &Earlier| !before.findings.has_found(&findings);
+        if let Some(before) = unexplained.filter(|before| is_named && is_new(before)) {
             (findings, setup) = (before.findings, before.setup);
         }
         findings.runs = runs;
@@ -146,10 +147,11 @@ impl Search<'_> {
     /// Scatter from shot to shot that explains what effects named after the first one do, or one whose size is another in every shot.
     fn scatter_instead(&self, findings: &Findings) -> Result<Option<Disturbances>, Fault> {
         let Some(last) = findings.passes.last() else { return Ok(None) };
-        // One with a size of its own in every shot is scatter itself, unless it is larger than tolerances allow.
+        // One with a size of its own in every shot is scatter itself, unless it is larger than tolerances allow; and a law is a form that the
+        // records chose.
         let may_imitate = |pass: &&Pass| {
             let known = pass.base.inserts.len();
-            last.base.inserts.get(known).is_some_and(|next| known > 0 || next.effect.per_shot)
+            last.base.inserts.get(known).is_some_and(|next| known > 0 || next.effect.per_shot || findings.law.is_some())
         };
         for pass in findings.passes.iter().filter(may_imitate) {
             if self.has_order(last, pass.base.inserts.len())? {

@@ -1,0 +1,50 @@
+//! Further effects that shots held out speak against.
+//!
+//! What one effect leaves, because nature has it in another form, is imitated by small amounts of others: the cost of the fitted shots falls,
+//! and that of shots that were not fitted rises.  The first name is judged by them as a whole ([`super::decide`]), each further one
+//! beside those before it.
+
+use super::context::Search;
+use super::pass::Pass;
+use crate::catalogue::Candidate;
+use crate::fault::Fault;
+use crate::proof::unseen;
+use crate::thresholds::LEAD;
+
+impl Search<'_> {
+    /// Takes effects out again, the last first, as long as the gap on shots held out is larger with it; true if one was.  The pass that
+    /// named it says so, and is the last one then.
+    pub(super) fn withdraw(&self, passes: &mut Vec<Pass>, found: &mut Vec<Candidate>) -> Result<bool, Fault> {
+        let count = found.len();
+        while let [.., before, last] = &passes[..]
+            && found.len() > 1
+            && !self.setup.held_out.is_empty()
+            && is_next(before, last, found)
+        {
+            let (without, with) = (self.unseen(before)?, self.unseen(last)?);
+            let Some(refuted) = found.pop_if(|_| with > without + LEAD) else { break };
+            (self.progress)(&format!("refuted by the shots held out: {}", refuted.label()));
+            let dropped = passes.pop().map_or(0, |pass| pass.runs());
+            let Some(before) = passes.last_mut() else { break };
+            before.dropped += dropped;
+            let by = (with / without).sqrt();
+            for own in before.tried.iter_mut().filter(|own| own.fit.is_some() && own.hypothesis.ends_with(&refuted)) {
+                own.verdict = format!("it makes the gap on shots held out larger, {by:.3} times");
+            }
+        }
+        Ok(found.len() < count)
+    }
+
+    /// The sum of squares that the shots held out leave in the model that a pass began with, with the tolerance of time of the fits.
+    pub(super) fn unseen(&self, pass: &Pass) -> Result<f64, Fault> {
+        let setup = self.setup;
+        unseen(&pass.base.problem(setup)?, &pass.fit.xi, &setup.held_out, setup.study.shots.time_tolerance)
+    }
+}
+
+/// True if the model of the last pass is that of the one before with the last effect beside it.
+fn is_next(before: &Pass, last: &Pass, found: &[Candidate]) -> bool {
+    let labels = |candidates: &[Candidate]| candidates.iter().map(Candidate::label).collect::<Vec<_>>();
+    let all = labels(found);
+    labels(&last.base.inserts) == all && labels(&before.base.inserts) == all[..all.len() - 1]
+}
