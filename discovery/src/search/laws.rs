@@ -52,17 +52,14 @@ pub(super) enum NoLaw {
 }
 
 impl Search<'_> {
-    /// The findings with a law in place of something unknown, where one explains it; or in place of names that each explain a part only, where
-    /// it explains more than they do together.
+    /// Findings that [may have one](Search::may_have_law) with a law in place of something unknown, where one explains it; or in place of
+    /// names that each explain a part only, where it explains more than they do together.
     ///
     /// # Errors
     /// A model that cannot be translated or run.
     pub(super) fn with_law(&self, mut findings: Findings) -> Result<Findings, Fault> {
-        let most = match (findings.status, findings.passes.last()) {
-            (Status::Unknown, Some(_)) => f64::INFINITY,
-            (Status::Named, Some(last)) if is_pieced(&findings) => last.fit.cost,
-            _ => return Ok(findings),
-        };
+        let named = findings.passes.last().filter(|_| findings.status == Status::Named);
+        let most = named.map_or(f64::INFINITY, |last| last.fit.cost);
         // What a law explains is what the model lacks as it came.
         let later = findings.passes.split_off(1);
         let is_alone = later.is_empty();
@@ -94,6 +91,15 @@ impl Search<'_> {
             findings.no_law = findings.no_law.filter(|_| status == Status::Unknown);
         }
         Ok(findings)
+    }
+
+    /// True where something is unknown, or names each explain a part only.
+    pub(super) fn may_have_law(findings: &Findings) -> bool {
+        match findings.status {
+            Status::Unknown => !findings.passes.is_empty(),
+            Status::Named => is_pieced(findings),
+            _ => false,
+        }
     }
 
     /// The law that explains what a pass leaves, or why there is none; without a reason where nothing explains anything.

@@ -104,14 +104,26 @@ impl Search<'_> {
 
     /// One search; where the shots held out show a gap that the others hide, another one with others held out.
     fn round(&self) -> Result<(Findings, Option<Setup>), Fault> {
-        let findings = self.with_law(self.run()?)?;
+        let findings = self.with_law_if_needed(self.run()?)?;
         let other = if findings.hidden { self.setup.exchanged()? } else { None };
         let Some(other) = other else { return Ok((findings, None)) };
         (self.progress)("the shots held out show a gap that the others hide: holding out others");
         let other_search = Search { setup: &other, ..self.again() };
-        let mut again = other_search.with_law(other_search.run()?)?;
+        let mut again = other_search.with_law_if_needed(other_search.run()?)?;
         again.runs += findings.runs;
         Ok((again, Some(other)))
+    }
+
+    /// Findings with a law where one is missing; none is looked for where disturbances that are taken up next explain what is left.
+    fn with_law_if_needed(&self, findings: Findings) -> Result<Findings, Fault> {
+        if !Self::may_have_law(&findings) || self.scatter_instead(&findings)?.is_some() {
+            return Ok(findings);
+        }
+        let Some(last) = findings.passes.last() else { return Ok(findings) };
+        let found = self.left(&last.base, &last.fit)?;
+        let is_more = found.disturbances.fitted() > self.setup.disturbances.fitted();
+        let is_all = found.misfit * last.expected <= noise(last.expected);
+        if is_more && is_all { Ok(findings) } else { self.with_law(findings) }
     }
 
     /// What disturbs the bench by what the best model leaves; none where that is known already.
