@@ -6,7 +6,7 @@
 //! "Conversion methods for improving structural analysis of differential-algebraic equation systems"), which changes no solution,
 //! and everything is analysed again.  Parameters that slopes depend on are fixed with that.
 
-use hyd_flat::{Operand, Section, Target, VarId};
+use hyd_flat::{Operand, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_symbolic::{Node, NodeId, SlotId, Template, partial, post_order, simplify, slots, substitute};
 use rustc_hash::FxHashMap;
@@ -18,46 +18,12 @@ use crate::decided::fix_what_is_behind;
 use crate::plan::bindings::sort_bindings;
 use crate::relations::append;
 use crate::start_point::StartPoint;
-use crate::system::{EqId, EquationSystem, OperandRange};
+use crate::system::{Combination, EqId, EquationSystem, OperandRange};
 
 /// Coefficients whose sum is an integer but for this part of the largest of them are meant to give it; where it is 0 they cancel.
 const ZERO: f64 = 1e-12;
 /// Most sums; each takes an analysis of the whole system.
 const MOST: usize = 40;
-
-/// Equations of the flat model that add up to one in which unknowns cancel.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Combination {
-    /// The equations with what they are multiplied by; the sum replaces the first.
-    pub(crate) terms: Vec<Term>,
-}
-
-/// An equation of a sum.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Term {
-    /// Block of the flat model, and number within it.
-    pub place: (u32, u32),
-    /// What it is multiplied by, never 0.
-    pub factor: f64,
-}
-
-impl Combination {
-    /// Of equations that index reduction differentiated equally often; none if it did not.
-    pub(crate) fn new(system: &EquationSystem, weighted: &[(EqId, f64)]) -> Option<Self> {
-        let order = system.equations[weighted.first()?.0].order;
-        let is_plain = |eq: EqId| system.equations[eq].order == order && system.section(eq) == Section::Continuous;
-        if !weighted.iter().all(|&(eq, factor)| is_plain(eq) && factor.is_finite() && factor != 0.0) {
-            return None;
-        }
-        let place = |eq: EqId| (system.equations[eq].block, system.equations[eq].element);
-        let mut terms: Vec<Term> = weighted.iter().map(|&(eq, factor)| Term { place: place(eq), factor }).collect();
-        // The one that weighs most is replaced.
-        terms.sort_by(|a, b| b.factor.abs().total_cmp(&a.factor.abs()).then(a.place.cmp(&b.place)));
-        let largest = terms[0].factor;
-        terms.iter_mut().for_each(|term| term.factor /= largest);
-        Some(Self { terms })
-    }
-}
 
 /// Tries with more and more sums until the equations are regular; what the first attempt gave if they never are.
 ///

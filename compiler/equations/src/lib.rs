@@ -34,7 +34,7 @@ mod verify_system;
 mod tests;
 
 pub use alias::eliminate_aliases;
-pub use combined::{Combination, until_regular};
+pub use combined::until_regular;
 pub use explain::faults::equation_text;
 pub use explain::matrix::{Matrix, matrix};
 pub use explain::print::print_system;
@@ -52,7 +52,9 @@ pub use sort::sort_system;
 pub use sorted::{
     Assignment, Block, Blocks, Check, EventRelation, Plan, Redundant, Residual, SortedSystem, Trigger, Unknown,
 };
-pub use system::{Candidate, EqId, Equation, EquationSystem, OperandRange, Reduction, Resolution, Role, Selection};
+pub use system::{
+    Candidate, Combination, EqId, Equation, EquationSystem, OperandRange, Reduction, Resolution, Role, Selection,
+};
 pub use verify::verify;
 pub use verify_system::verify_system;
 

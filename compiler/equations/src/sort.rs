@@ -10,7 +10,6 @@ use hyd_source::{Code, Diagnostic, Outcome};
 
 use crate::algebra::{Algebra, Known};
 use crate::balance::{add_candidate, simulation_equations};
-use crate::combined::Combination;
 use crate::explain::faults::explain_parts;
 use crate::explain::floating::with_floating;
 use crate::incidence::{Unknowns, pattern};
@@ -24,7 +23,7 @@ use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
 use crate::relations::{extract_relations, find_time_events};
 use crate::sorted::{Plan, Residual, SortedSystem};
 use crate::start_point::StartPoint;
-use crate::system::{EqId, EquationSystem, Role};
+use crate::system::{Combination, EqId, EquationSystem, Role};
 use crate::unseen_events::unseen_events;
 
 /// Sorts a system of index 1 or less; equations that depend on each other are handed back as a sum that may stand for one of them.

@@ -1,10 +1,8 @@
 //! The equation system: the flat model after alias elimination, with a role for every variable.
 
-use hyd_flat::{ConstId, FlatModel, Operand, VarId};
+use hyd_flat::{ConstId, FlatModel, Operand, Section, VarId};
 use hyd_index::{IndexVec, typed_index};
 use hyd_symbolic::TemplateId;
-
-use crate::combined::Combination;
 
 typed_index!(
     /// A scalar equation of the [`EquationSystem`] (the number after alias elimination).
@@ -94,6 +92,40 @@ pub struct Reduction {
     pub fixed_at_zero: Vec<VarId>,
     /// Sums of equations that stand in the place of some.
     pub combined: Vec<Combination>,
+}
+
+/// Equations of the flat model that add up to one in which unknowns cancel.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Combination {
+    /// The equations with what they are multiplied by; the sum replaces the first.
+    pub(crate) terms: Vec<Term>,
+}
+
+/// An equation of a sum.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Term {
+    /// Block of the flat model, and number within it.
+    pub place: (u32, u32),
+    /// What it is multiplied by, never 0.
+    pub factor: f64,
+}
+
+impl Combination {
+    /// Of equations that index reduction differentiated equally often; none if it did not.
+    pub(crate) fn new(system: &EquationSystem, weighted: &[(EqId, f64)]) -> Option<Self> {
+        let order = system.equations[weighted.first()?.0].order;
+        let is_plain = |eq: EqId| system.equations[eq].order == order && system.section(eq) == Section::Continuous;
+        if !weighted.iter().all(|&(eq, factor)| is_plain(eq) && factor.is_finite() && factor != 0.0) {
+            return None;
+        }
+        let place = |eq: EqId| (system.equations[eq].block, system.equations[eq].element);
+        let mut terms: Vec<Term> = weighted.iter().map(|&(eq, factor)| Term { place: place(eq), factor }).collect();
+        // The one that weighs most is replaced.
+        terms.sort_by(|a, b| b.factor.abs().total_cmp(&a.factor.abs()).then(a.place.cmp(&b.place)));
+        let largest = terms[0].factor;
+        terms.iter_mut().for_each(|term| term.factor /= largest);
+        Some(Self { terms })
+    }
 }
 
 /// Variables of which some are states and the others follow from constraints; which ones is decided during the run.

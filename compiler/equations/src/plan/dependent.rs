@@ -13,13 +13,12 @@ use hyd_symbolic::{NodeId, SlotId, TemplateId, partial, slots};
 use rustc_hash::FxHashMap;
 
 use crate::algebra::{Algebra, Known, is_clocked};
-use crate::combined::Combination;
 use crate::explain::faults::{equation_text, list_names, mark_equations, mark_variables, variable_of};
 use crate::plan::bindings::Bindings;
 use crate::plan::linearity::block_targets;
 use crate::sorted::{Block, Plan};
 use crate::start_point::StartPoint;
-use crate::system::{EqId, EquationSystem, Role};
+use crate::system::{Combination, EqId, EquationSystem, Role};
 
 /// Larger blocks are left to the start.
 const MOST_UNKNOWNS: usize = 100;
