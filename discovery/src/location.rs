@@ -38,7 +38,7 @@ pub struct Located {
     pub score: Score,
 }
 
-/// All terms of all equations of a fitted model, the best first, and the number of runs.  `exchangeable` are the paths
+/// All terms of all equations of a fitted model, the best first.  `exchangeable` are the paths
 /// of components that are made to be exchanged: of equations that are equally good those of such components come first.  With `at`
 /// only the equation of this term is looked at.
 ///
@@ -51,9 +51,9 @@ pub(crate) fn locate(
     (exchangeable, at): (&[&str], Option<&Term>),
     (fit, projection): (&Fit, &Projection<'_>),
     weighing: &Weighing,
-) -> Result<(Vec<Located>, usize), Fault> {
+) -> Result<Vec<Located>, Fault> {
     if !hypothesis.machine.is_fast() {
-        return Ok((Vec::new(), 0));
+        return Ok(Vec::new());
     }
     let inserts: Vec<Insert> = hypothesis
         .inserts
@@ -75,16 +75,13 @@ pub(crate) fn locate(
         located.sort_by(|a, b| b.score.gain.total_cmp(&a.score.gain));
         located
     };
-    let mut runs = 0;
     if all.len() > SCREENED && weighing.shots.len() > 1 {
         let (alone, own) = farthest_shot(&hypothesis.problem(setup)?, fit, weighing);
         if let Some(projection) = Projection::new(&alone) {
-            runs = all.len().div_ceil(TOGETHER);
             let screened = look_at(&all, (&alone, &projection), &own);
             all = screened.into_iter().take(SCREENED).map(|located| located.term).collect();
         }
     }
-    runs += weighing.shots.len() * all.len().div_ceil(TOGETHER);
     let mut located = look_at(&all, (fit, projection), weighing);
     // Equations that are as good as the best: first those of components that are meant to be exchanged.
     let best = located.first().map_or(0.0, |best| best.score.gain);
@@ -94,7 +91,7 @@ pub(crate) fn locate(
     let best = located.first().map_or(0.0, |best| best.score.gain);
     let same = located.iter().position(|own| own.score.gain < best * (1.0 - SAME)).unwrap_or(located.len());
     located[..same].sort_by_key(|own| strangers(&own.term));
-    Ok((located, runs))
+    Ok(located)
 }
 
 /// Number of words of a term's shape that its equation does not hold.

@@ -72,13 +72,12 @@ pub struct Machine {
     delays: bool,
     limits: Vec<Limit>,
     workers: Vec<Mutex<Worker>>,
-    runs: AtomicUsize,
     /// Recorded inputs by shot.
     inputs: Arc<ShotInputs>,
     origin: Origin,
     /// The same with whole loops, if there is one.
     whole: OnceLock<Option<Box<Machine>>>,
-    /// Runs that it has made, of all machines of a setup.
+    /// Of all machines of a setup.
     watch: Watch,
 }
 
@@ -95,8 +94,7 @@ struct Worker {
 }
 
 impl Machine {
-    /// A machine of `threads` threads for a model whose channels are the variables that `variant` adds; `watch` counts the runs
-    /// that are done again with whole loops.
+    /// A machine of `threads` threads for a model whose channels are the variables that `variant` adds; `watch` counts its runs.
     ///
     /// # Errors
     /// When the model cannot be bound.
@@ -147,7 +145,6 @@ impl Machine {
             delays,
             workers,
             limits: limits.clone(),
-            runs: AtomicUsize::new(0),
             inputs,
             origin,
             whole: OnceLock::new(),
@@ -168,11 +165,6 @@ impl Machine {
     /// How the variables of the channels are called.
     pub fn channel_names(&self) -> &ChannelNames {
         &self.origin.translated.channels
-    }
-
-    /// Number of runs made so far.
-    pub fn runs(&self) -> usize {
-        self.runs.load(Ordering::Relaxed)
     }
 
     /// Number of threads.
@@ -248,7 +240,7 @@ impl Machine {
     pub fn run_derived(&self, spans: &[Span], places: &[ParameterPlace], jobs: &[Job]) -> Vec<DerivedAnswer> {
         let next = AtomicUsize::new(0);
         let answers: Vec<Mutex<Option<DerivedAnswer>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
-        self.runs.fetch_add(jobs.len(), Ordering::Relaxed);
+        self.watch.runs.fetch_add(jobs.len(), Ordering::Relaxed);
         std::thread::scope(|scope| {
             let (next, answers) = (&next, &answers);
             for (thread, worker) in self.workers.iter().enumerate().take(jobs.len()) {

@@ -123,7 +123,7 @@ impl Outcome<'_> {
             "gap": {"train": {"all": self.train.all, "channels": channels(&self.train)},
                 "heldout": self.held_out.as_ref().map(|gap| json!({"all": gap.all, "channels": channels(gap)}))},
             "unknowns": unknowns.collect::<Vec<_>>(), "attempts": attempts.collect::<Vec<_>>(),
-            "profiles": profiles.collect::<Vec<_>>(), "simulations": self.problem.machine.runs(), "whole_loops": self.whole_loops,
+            "profiles": profiles.collect::<Vec<_>>(), "simulations": self.setup.watch.runs(), "whole_loops": self.whole_loops,
             "seconds": self.seconds,
         })
     }
@@ -208,7 +208,7 @@ impl Outcome<'_> {
                     writeln!(text, "    the fit was not a minimum: the cost decreases on the way; try another --seed");
             }
         }
-        let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.problem.machine.runs(), self.seconds);
+        let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.setup.watch.runs(), self.seconds);
         text
     }
 }

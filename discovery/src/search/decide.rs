@@ -151,7 +151,6 @@ impl Search<'_> {
     ) -> Result<Findings, Fault> {
         let outcome = if self.withdraw(&mut passes, &mut found)? { Outcome::Unexplained } else { outcome };
         let found = &found[..];
-        let runs = passes.iter().map(Pass::runs).sum();
         let (status, ambiguous) = (Status::Adequate, Vec::new());
         let mut findings = Findings {
             status,
@@ -159,7 +158,7 @@ impl Search<'_> {
             ambiguous,
             reason: None,
             resembles: None,
-            runs,
+            runs: 0,
             seed: self.seed,
             needed: self.needed,
             hidden: false,

@@ -84,9 +84,7 @@ impl Search<'_> {
             Ok(_) => {}
             Err(why) => findings.no_law = why,
         }
-        if findings.status == Status::Law {
-            findings.runs += later.iter().map(Pass::runs).sum::<usize>();
-        } else {
+        if findings.status != Status::Law {
             findings.passes.extend(later);
             findings.no_law = findings.no_law.filter(|_| status == Status::Unknown);
         }
@@ -209,7 +207,7 @@ impl Search<'_> {
             None => {}
         }
         again.passes.truncate(known);
-        (findings.passes, findings.runs) = (again.passes, again.runs);
+        findings.passes = again.passes;
         let why = again.reason.unwrap_or_else(|| format!("with it the answer is {}", again.status.word()));
         findings.no_law = Some(format!("`{}` does not hold: {why}", law.equation()));
         Ok(findings)
@@ -258,7 +256,7 @@ impl Search<'_> {
             let paths: Vec<&str> = declared.iter().map(|site| site.path.as_str()).collect();
             let at = own.hypothesis.terms.first().map(|(term, _)| term);
             let fitted = (&own.fit, &projection);
-            let (located, _) = locate(self.setup, self.workshop, &own.hypothesis, (&paths, at), fitted, &self.whole())?;
+            let located = locate(self.setup, self.workshop, &own.hypothesis, (&paths, at), fitted, &self.whole())?;
             drop(projection);
             let least = price(located.len());
             let likely = located.iter().filter(|own| own.score.gain >= self.needed).take(FITTED);

@@ -135,8 +135,7 @@ impl Search<'_> {
                     found.truncate(before.number);
                     tie = before;
                 }
-                let dropped: usize = passes.drain(tie.passes..).map(|pass| pass.runs()).sum();
-                passes.last_mut().into_iter().for_each(|pass| pass.dropped += dropped);
+                passes.truncate(tie.passes);
                 return self.conclude(passes, found.effects(), Outcome::Several(tie.close));
             } else if !found.ties.is_empty() {
                 // What was found beside it is the model in which those that are alike are compared at last.
@@ -171,7 +170,7 @@ impl Search<'_> {
         }
         (self.progress)("once more, from a lower local minimum");
         let mut again = self.begin(found.to_vec(), Some(pass.fit.clone()))?;
-        (again.is_again, again.dropped) = (true, pass.runs());
+        again.is_again = true;
         again.record = std::mem::take(&mut pass.record);
         self.explain(&mut again, refused, Some(pass))?;
         Ok(again)
@@ -258,9 +257,7 @@ impl Search<'_> {
             tried: Vec::new(),
             located: Vec::new(),
             terms: Vec::new(),
-            located_runs: 0,
             is_again: false,
-            dropped: 0,
             powers: Vec::new(),
             confusions: Vec::new(),
         })

@@ -101,24 +101,12 @@ pub struct Pass {
     pub located: Vec<Located>,
     /// The best of them, fitted; the best first.
     pub terms: Vec<Tried>,
-    /// Runs that the screening of the equations took.
-    pub located_runs: usize,
     /// The pass was begun again because its base fell into a lower local minimum.
     pub is_again: bool,
-    /// Runs of passes that were given up for this one.
-    pub dropped: usize,
     /// How well each effect that can join could be seen.
     pub powers: Vec<Power>,
     /// Effects that look alike.
     pub confusions: Vec<Confusion>,
-}
-
-impl Pass {
-    /// Runs of the model.
-    pub(super) fn runs(&self) -> usize {
-        let tried = self.tried.iter().chain(&self.terms).map(|tried| tried.hypothesis.machine.runs());
-        self.base.machine.runs() + tried.sum::<usize>() + self.located_runs + self.dropped
-    }
 }
 
 /// The outcome of a search.
@@ -133,7 +121,7 @@ pub struct Findings {
     pub reason: Option<String>,
     /// The best library effect where none is named.
     pub resembles: Option<Candidate>,
-    /// Runs of the model.
+    /// Runs of one shot that the whole search took.
     pub runs: usize,
     /// Seed of the random starts.
     pub seed: u64,

@@ -59,7 +59,6 @@ impl Search<'_> {
         self.judge(before);
         let outcome = self.outcome(before);
         let is_same = matches!(outcome, Outcome::Name(k) if before.tried[k].hypothesis.key() == own);
-        before.dropped += if is_same { 0 } else { pass.runs() };
         Ok(!is_same)
     }
 }

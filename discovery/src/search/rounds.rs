@@ -48,8 +48,9 @@ impl Search<'_> {
     /// # Errors
     /// As [`Search::run`].
     pub fn settled(&self) -> Result<(Findings, Option<Setup>), Fault> {
+        let begun = self.setup.watch.runs();
         let (mut findings, mut setup) = self.round()?;
-        let (mut runs, why) = (findings.runs, findings.no_law.clone());
+        let why = findings.no_law.clone();
         let (mut unexplained, mut earlier): (Option<Earlier>, Option<Earlier>) = (None, None);
         for round in 1..=MOST {
             let current = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
@@ -72,7 +73,6 @@ impl Search<'_> {
             let ends = if is_near { Ends::of(&findings, current.setup)? } else { Ends::default() };
             let next = current.setup.disturbed(next)?;
             let (again, other) = Search { setup: &next, ends, ..self.again() }.round()?;
-            runs += again.runs;
             let before = Earlier {
                 findings: std::mem::replace(&mut findings, again),
                 setup: setup.replace(other.unwrap_or(next)),
@@ -91,7 +91,7 @@ impl Search<'_> {
         if let Some(before) = unexplained.filter(|before| is_named && is_new(before)) {
             (findings, setup) = (before.findings, before.setup);
         }
-        findings.runs = runs;
+        findings.runs = self.setup.watch.runs() - begun;
         if findings.status == Status::Unknown {
             findings.no_law = both(why, findings.no_law);
         }
@@ -109,8 +109,7 @@ impl Search<'_> {
         let Some(other) = other else { return Ok((findings, None)) };
         (self.progress)("the shots held out show a gap that the others hide: holding out others");
         let other_search = Search { setup: &other, ..self.again() };
-        let mut again = other_search.with_law_if_needed(other_search.run()?)?;
-        again.runs += findings.runs;
+        let again = other_search.with_law_if_needed(other_search.run()?)?;
         Ok((again, Some(other)))
     }
 

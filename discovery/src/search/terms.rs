@@ -30,9 +30,8 @@ impl Search<'_> {
         let sites = self.candidates.iter().flat_map(|candidate| &candidate.sites);
         let declared = sites.filter(|site| site.door == Door::Component);
         let places: Vec<&str> = declared.map(|site| site.path.as_str()).collect();
-        let (located, runs) =
+        pass.located =
             locate(self.setup, self.workshop, &pass.base, (&places, None), (fit, &projection), &self.whole())?;
-        (pass.located, pass.located_runs) = (located, runs);
         Ok(())
     }
 

@@ -24,9 +24,8 @@ impl Search<'_> {
             let (without, with) = (self.unseen(before)?, self.unseen(last)?);
             let Some(refuted) = found.pop_if(|_| with > without + LEAD) else { break };
             (self.progress)(&format!("refuted by the shots held out: {}", refuted.label()));
-            let dropped = passes.pop().map_or(0, |pass| pass.runs());
+            passes.pop();
             let Some(before) = passes.last_mut() else { break };
-            before.dropped += dropped;
             let by = (with / without).sqrt();
             for own in before.tried.iter_mut().filter(|own| own.fit.is_some() && own.hypothesis.ends_with(&refuted)) {
                 own.verdict = format!("it makes the gap on shots held out larger, {by:.3} times");
