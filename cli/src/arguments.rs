@@ -232,6 +232,9 @@ pub struct Simulate {
     /// Draws the results
     #[arg(long, value_name = "F.svg|F.png")]
     pub plot: Option<PathBuf>,
+    /// Writes where the time of the run went as a page: parts, components, variables, equations, relations, cost of the code
+    #[arg(long, value_name = "F.html")]
+    pub profile_page: Option<PathBuf>,
     /// Which of its two kinds a unit of another tool (FILE.fmu) is used as [default: model-exchange where it offers that]
     #[arg(long = "as", value_name = "KIND", value_enum)]
     pub kind: Option<UnitKind>,

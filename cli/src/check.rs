@@ -5,6 +5,7 @@
 
 use hyd_compiler::{Compilation, Goal};
 use hyd_verbs::check::{counts, own_equations};
+use hyd_verbs::start_warning;
 
 use crate::arguments::Check;
 use crate::fix::fix;
@@ -16,6 +17,13 @@ pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     let mut compilation = compiled(&arguments.model, Goal::Check)?;
     let mut ends = compilation.forgive_open_ends();
     report(&compilation.files, &compilation.diagnostics, arguments.model.message_format);
+    if arguments.fix && !compilation.has_errors() && ends.is_empty() {
+        // Start values show only where the start is looked for.
+        compilation = compiled(&arguments.model, Goal::Run)?;
+        let found = start_warning(&compilation);
+        report(&compilation.files, found.as_slice(), arguments.model.message_format);
+        compilation.diagnostics.extend(found);
+    }
     if arguments.fix
         && let Some(after) = fix(&arguments.model, &compilation)?
     {

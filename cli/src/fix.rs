@@ -9,7 +9,7 @@ use std::path::Path;
 
 use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, FileId, Files, Goal, Proposal, Severity};
 use hyd_results::WholeFile;
-use hyd_verbs::{Request, compile_text};
+use hyd_verbs::{Request, compile_text, start_warning};
 
 use crate::arguments::ModelArguments;
 use crate::{Failure, output};
@@ -28,9 +28,13 @@ pub(crate) fn fix(arguments: &ModelArguments, compilation: &Compilation) -> Resu
     }
     let text = changed(compilation.files.text(file), &chosen);
     let mut sources = arguments.libraries.libraries().path(path, &text).map_err(Failure::Usage)?;
-    let request = Request { class: arguments.model.clone(), set: arguments.set.clone(), goal: Goal::Check };
+    // What is wrong with start values shows only where the start is looked for.
+    let goal = if compilation.model.is_some() { Goal::Run } else { Goal::Check };
+    let request = Request { class: arguments.model.clone(), set: arguments.set.clone(), goal };
     let extras = Extras { strict_units: arguments.strict_units, ..Extras::default() };
-    let after = compile_text(&mut sources, &name, &text, &request, &extras);
+    let mut after = compile_text(&mut sources, &name, &text, &request, &extras);
+    let found = start_warning(&after);
+    after.diagnostics.extend(found);
     let still = |message: &&Diagnostic| after.diagnostics.iter().any(|own| own.message == message.message);
     if let Some(message) = chosen.iter().map(|(message, _)| *message).find(still) {
         let sentence = format!("the proposed changes do not heal this, and nothing was written: {}", message.message);

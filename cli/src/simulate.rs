@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use hyd_compiler::{Extras, Goal};
 use hyd_report::{Curve, Figure};
-use hyd_results::{Discard, partial};
-use hyd_run::{InputTable, Recorder, Status, check_usage, finish, interrupt, tell};
+use hyd_results::{Discard, partial, write_whole};
+use hyd_run::{InputTable, Recorder, RunArguments, Status, check_target, check_usage, finish, interrupt, tell};
 use hyd_verbs::picture::{check_picture, write_picture};
 use hyd_verbs::unit::is_unit;
-use hyd_verbs::{Joined, Run, run_diagnostic, with_whole_loops};
+use hyd_verbs::{Joined, Run, profile_page, rescue_diagnostic, run_diagnostic, with_whole_loops};
 
 use crate::arguments::Simulate;
 use crate::translate::{self, translate_with};
@@ -24,6 +24,9 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     check_usage(&arguments.run, Some(&arguments.model.file))?;
     if let Some(path) = &arguments.plot {
         check_picture("--plot", path)?;
+    }
+    if let Some(path) = &arguments.profile_page {
+        check_target("--profile-page", path, &[&arguments.model.file])?;
     }
     let begin = clock::cpu_seconds();
     let table = arguments.run.inputs.read()?;
@@ -43,12 +46,14 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         Some(flat) => Joined::open(flat, &arguments.model.libraries.libraries(), Some(&unit::host(None)?))?,
         None => None,
     };
+    let counted =
+        RunArguments { profile: arguments.run.profile || arguments.profile_page.is_some(), ..arguments.run.clone() };
     let run = Run {
         units: units.as_ref(),
         compilation: &compilation,
         set: &arguments.model.set,
         table: table.as_ref(),
-        arguments: &arguments.run,
+        arguments: &counted,
         drawn: arguments.plot.is_some(),
         translate_s: clock::cpu_seconds() - begin,
         progress: true,
@@ -57,9 +62,21 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     let whole = || with_whole_loops(&compilation, &arguments.model.set);
     let (mut outcome, _) = run.simulate(&whole, &|| Discard, &interrupt::requested)?;
     let format = arguments.model.message_format;
+    if let Some(rescue) = &outcome.rescue {
+        let diagnostic = rescue_diagnostic(rescue, &compilation.files, compilation.flat.as_deref());
+        translate::report(&compilation.files, &[diagnostic], format);
+        outcome.summary.told = Some(rescue.to_string());
+    }
     if let Some(path) = arguments.plot.as_ref().filter(|_| outcome.recorder.rows > 0) {
         let is_whole = matches!(outcome.summary.status, Status::Done | Status::Terminated);
         outcome.summary.plot = Some(draw(path, is_whole, &mut outcome.recorder)?);
+    }
+    if let Some(path) = &arguments.profile_page {
+        let page = profile_page(&outcome.summary, &compilation.files, compilation.flat.as_deref());
+        write_whole(path, page.unwrap_or_default().as_bytes())
+            .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))?;
+        outcome.summary.profile_page = Some(path.display().to_string());
+        outcome.summary.profile = outcome.summary.profile.take().filter(|_| arguments.run.profile);
     }
     let printed = tell(&outcome.summary, arguments.run.json, format);
     let Err(error) = outcome.result else { return printed };

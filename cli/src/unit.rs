@@ -116,6 +116,7 @@ fn refuse_text_options(arguments: &Simulate) -> Result<(), Failure> {
         ("--allow-outside", model.libraries.allow_outside),
         ("--strict-units", model.strict_units),
         ("--profile", arguments.run.profile),
+        ("--profile-page", arguments.profile_page.is_some()),
         ("--backend", arguments.run.backend != hyd_run::BackendName::Native),
     ];
     match given.iter().find(|(_, given)| *given) {

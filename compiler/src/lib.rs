@@ -17,7 +17,7 @@ mod variation;
 
 pub use balance::{Balance, balances};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
-pub use hyd_equations::{Approach, Loops, approaches};
+pub use hyd_equations::{Approach, Cost, Loops, approaches, costs};
 pub use hyd_flat::{FlatModel, ForeignBlock, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources, Trees};
 pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean};

@@ -1,10 +1,55 @@
 //! Values of all variables at a few points of a run that failed, for messages: how it began and how it ended.
+//! The points of the last steps are kept while a run goes on.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use hyd_system::{Place, Tables};
 
 use crate::problem::Problem;
+
+/// Points that are kept, and those of them that are shown, counted back from the last.
+const KEPT: usize = 17;
+const SHOWN: [usize; 5] = [16, 8, 4, 2, 1];
+/// The last points of larger systems are not kept.
+const MOST_UNKNOWNS: usize = 2000;
+
+/// The points at the ends of the last steps.
+#[derive(Clone, Default)]
+pub(crate) struct Recent {
+    points: VecDeque<(f64, Vec<f64>, Vec<f64>)>,
+}
+
+impl Recent {
+    /// A run begins.
+    pub(crate) fn clear(&mut self) {
+        self.points.clear();
+    }
+
+    /// A step has been done.
+    pub(crate) fn note(&mut self, t: f64, y: &[f64], yp: &[f64]) {
+        if y.len() > MOST_UNKNOWNS {
+            return;
+        }
+        // Room of the oldest point is used again.
+        let mut own = match self.points.len() {
+            KEPT => self.points.pop_front().unwrap_or_default(),
+            _ => Default::default(),
+        };
+        own.0 = t;
+        own.1.clear();
+        own.1.extend_from_slice(y);
+        own.2.clear();
+        own.2.extend_from_slice(yp);
+        self.points.push_back(own);
+    }
+
+    /// Some of them, ever closer to the last one, which is not among them.
+    pub(crate) fn points(&self) -> impl Iterator<Item = (f64, &[f64], &[f64])> {
+        let place = |back: usize| self.points.len().checked_sub(back + 1).and_then(|k| self.points.get(k));
+        SHOWN.into_iter().filter_map(place).map(|(t, y, yp)| (*t, y.as_slice(), yp.as_slice()))
+    }
+}
 
 /// Rows of values with the names to read them by.
 #[derive(Clone, PartialEq, Debug)]

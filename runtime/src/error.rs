@@ -16,7 +16,9 @@ use crate::events::chatter::Pile;
 use crate::events::cycle::Repeats;
 use crate::initial::consistent::Inconsistent;
 use crate::initial::curvature::Curvature;
+use crate::local_mode::LocalMode;
 use crate::problem::Problem;
+use crate::vanishing::Vanishing;
 
 /// What the solver was doing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -55,8 +57,25 @@ pub struct Place {
     pub values: Vec<(String, f64, String)>,
     /// What exactly is not finite, if that is the trouble.
     pub evaluation: Option<EvalFailure>,
-    /// Values of all variables at the start, before the last step and at its end, where steps had been done.
+    /// Values of all variables at the start and at some of the last steps, the last point included, where steps had been done.
     pub course: Option<Box<Course>>,
+    /// What the equations near the last point say of the trouble, where steps had been done.
+    pub near: Option<Box<Near>>,
+}
+
+/// What the equations near the last good point say of a step that cannot be done.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Near {
+    /// The eigenvalue behind it.
+    pub mode: Option<LocalMode>,
+    /// Equations that were about to determine an unknown no longer.
+    pub vanishing: Option<Vanishing>,
+    /// A variable whose allowed error is below the rounding of its values: name, nominal value, largest value.
+    pub below_rounding: Option<(String, f64, f64)>,
+    /// Length of the whole run (s).
+    pub span: f64,
+    /// Size of the last step that was done, or tried if none was (s).
+    pub step: f64,
 }
 
 /// What can be said of start values from which no solution was found.
@@ -285,8 +304,20 @@ impl SolveError {
         }
     }
 
-    /// The same with values along the run.
-    pub(crate) fn with_course(mut self, course: Course) -> Self {
+    /// What the equations near the last point say, if steps had been done.
+    pub fn near(&self) -> Option<&Near> {
+        match self {
+            SolveError::StepTooSmall(report)
+            | SolveError::NoConvergence(report)
+            | SolveError::NotFinite(report)
+            | SolveError::Singular(report) => report.place.near.as_deref(),
+            SolveError::TooManySteps { place, .. } => place.near.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// The same with values along the run and what the equations near the last point say.
+    pub(crate) fn with_course(mut self, course: Course, near: Near) -> Self {
         let place = match &mut self {
             SolveError::StepTooSmall(report)
             | SolveError::NoConvergence(report)
@@ -296,6 +327,7 @@ impl SolveError {
             _ => return self,
         };
         place.course = Some(Box::new(course));
+        place.near = Some(Box::new(near));
         self
     }
 
@@ -309,6 +341,18 @@ impl SolveError {
             | SolveError::NoConvergence(report)
             | SolveError::NotFinite(report)
             | SolveError::Singular(report) => report.place.variable.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// Index of the unknown at fault of a step, if it is known.
+    pub(crate) fn unknown(&self) -> Option<usize> {
+        match self {
+            SolveError::TooManySteps { place, .. } => place.unknown,
+            SolveError::StepTooSmall(report)
+            | SolveError::NoConvergence(report)
+            | SolveError::NotFinite(report)
+            | SolveError::Singular(report) => report.place.unknown,
             _ => None,
         }
     }
@@ -349,6 +393,7 @@ impl SolveError {
             values: shown.into_iter().map(|k| (name(k), z[k], String::new())).collect(),
             evaluation,
             course: None,
+            near: None,
         };
         SolveError::Initial { time, cause: cause.into(), place: Box::new(place), advice: Box::default() }
     }
@@ -434,6 +479,7 @@ impl Place {
             values: shown.into_iter().map(|k| (tables.unknown_name(k), y[k], unit(k))).collect(),
             evaluation,
             course: None,
+            near: None,
         }
     }
 }

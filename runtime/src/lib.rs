@@ -36,6 +36,7 @@ mod initial;
 mod integrator;
 mod linear;
 mod linearize;
+mod local_mode;
 mod loops;
 mod message;
 mod options;
@@ -46,13 +47,14 @@ mod sensitivity;
 mod simulate;
 mod statistics;
 mod tiled;
+mod vanishing;
 mod weights;
 
 #[cfg(test)]
 mod tests;
 
 pub use course::Course;
-pub use error::{Cause, Place, SolveError, Stage, StartAdvice, StepReport};
+pub use error::{Cause, Near, Place, SolveError, Stage, StartAdvice, StepReport};
 pub use events::chatter::{Chattering, Pile};
 pub use events::cycle::{Changing, Repeats};
 pub use exchange::{Exchange, Settled};
@@ -60,7 +62,9 @@ pub use function::{EvaluationError, Functional, ModelFunction, Response};
 pub use initial::rescue::{OtherStart, Rescue, RescueStage};
 pub use integrator::{Method, MethodPhase, Reason};
 pub use linearize::{LinearModel, LinearizeError, OperatingPoint, linearize};
+pub use local_mode::LocalMode;
 pub use options::{OptionError, Options, Solver};
 pub use profile::{Profile, Seconds};
 pub use simulate::{Jump, Onward, Reached, Simulator, Summary, Warning, simulate};
 pub use statistics::Statistics;
+pub use vanishing::Vanishing;

@@ -141,6 +141,30 @@ fn set_directions(system: &mut dyn DaeSystem, t: f64, states: usize, inputs: &[u
     Ok(())
 }
 
+/// `[F_x' F_z]` and `-F_x` at a point, and the indices of the states `x`; `None` where the system has delays or a derivative is not finite.
+pub(crate) fn local_matrices(
+    system: &mut dyn DaeSystem,
+    point: OperatingPoint<'_>,
+) -> Option<(DMatrix<f64>, DMatrix<f64>, Vec<u32>)> {
+    if !system.structure().delays.is_empty() {
+        return None;
+    }
+    let n = system.structure().unknowns;
+    let mut is_state = vec![false; n];
+    system.states(&mut is_state);
+    let states: Vec<u32> = (0u32..).zip(&is_state).filter(|(_, state)| **state).map(|(k, _)| k).collect();
+    let (by_y, by_rate) = jacobians(system, point);
+    let mut matrix = DMatrix::zeros(n, n);
+    for (k, &state) in is_state.iter().enumerate() {
+        matrix.set_column(k, &if state { by_rate.column(k) } else { by_y.column(k) });
+    }
+    let mut right = DMatrix::zeros(n, states.len());
+    for (j, &state) in states.iter().enumerate() {
+        right.set_column(j, &-by_y.column(state as usize));
+    }
+    matrix.iter().chain(right.iter()).all(|value| value.is_finite()).then_some((matrix, right, states))
+}
+
 /// dF/dy and dF/dy'.
 fn jacobians(system: &mut dyn DaeSystem, point: OperatingPoint<'_>) -> (DMatrix<f64>, DMatrix<f64>) {
     let (state, rate) = (system.structure().state_pattern.clone(), system.structure().rate_pattern.clone());
@@ -171,7 +195,7 @@ fn held_tangent(system: &mut dyn DaeSystem, point: OperatingPoint<'_>, width: us
 }
 
 /// Rows and columns are scaled to 1 before elimination, so that units decide nothing.
-fn solve(
+pub(crate) fn solve(
     system: &dyn DaeSystem,
     mut matrix: DMatrix<f64>,
     mut right: DMatrix<f64>,
@@ -245,7 +269,7 @@ fn output_rows(
 }
 
 /// Real and imaginary parts, by descending real part.
-fn eigenvalues(a: &[Vec<f64>]) -> Vec<(f64, f64)> {
+pub(crate) fn eigenvalues(a: &[Vec<f64>]) -> Vec<(f64, f64)> {
     let n = a.len();
     let mut matrix = DMatrix::from_fn(n, n, |row, column| a[row][column]);
     if n == 0 {

@@ -7,7 +7,7 @@ use std::fmt::{self, Display, Formatter};
 use hyd_system::{EquationInfo, EvalFailure, RootInfo, ValueKind, significant};
 
 use crate::Jump;
-use crate::error::{Cause, Place, SolveError, Stage, StartAdvice, StepReport};
+use crate::error::{Cause, Near, Place, SolveError, Stage, StartAdvice, StepReport};
 use crate::events::chatter::Pile;
 use crate::events::cycle::{Changing, Repeats};
 
@@ -18,7 +18,19 @@ impl Display for SolveError {
             SolveError::Evaluation { stage, time, failure, equation } => {
                 let time = significant(*time);
                 write!(f, "{} at t = {time} s failed: {}", stage.words(), evaluation(failure))?;
-                equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))
+                equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))?;
+                match (&failure.variable, failure.reason.contains(CONTRADICTS), stage) {
+                    (Some(variable), true, Stage::Start) => hint(
+                        f,
+                        &format!(
+                            "drop `fixed = true` of `{variable}`, or that of a start it follows from, or give both values that agree"
+                        ),
+                    ),
+                    (None, true, Stage::Start) => {
+                        hint(f, "drop this initial equation, or one of the conditions that it follows from")
+                    }
+                    _ => Ok(()),
+                }
             }
             SolveError::Initial { time, cause, place, advice } => {
                 let time = significant(*time);
@@ -105,10 +117,20 @@ impl Display for SolveError {
                 write!(f, "the event at t = {time} s does not settle: values still change after {passes} passes")?;
                 relation_lines(f, relations)?;
                 repeat_lines(f, repeats)?;
-                hint(
-                    f,
-                    "what switches one of them on switches it off again: `pre` of one, or another condition, breaks such a loop",
-                )
+                match repeats.variables.iter().find(|own| counts_on(own)) {
+                    Some(own) => hint(
+                        f,
+                        &format!(
+                            "`{name}` counts on with every pass, since an equation gives it a new value from its own `pre` at all times: put that \
+                             equation into a `when`, as in `when sample(0, 0.1) then ... end when`",
+                            name = own.name
+                        ),
+                    ),
+                    None => hint(
+                        f,
+                        "what switches one of them on switches it off again: `pre` of one, or another condition, breaks such a loop",
+                    ),
+                }
             }
             SolveError::Chattering { time, events, accumulating: false, relations, pile } => {
                 let time = significant(*time);
@@ -146,6 +168,7 @@ impl Display for SolveError {
                 if let Some(variable) = &place.variable {
                     write!(f, ", kept down by the error of {variable}")?;
                 }
+                place.near.as_deref().map_or(Ok(()), |near| near_lines(f, near))?;
                 hint(
                     f,
                     "a `noEvent` whose condition keeps flipping needs an event or a smooth transition; otherwise raise the step limit \
@@ -159,6 +182,9 @@ impl Display for SolveError {
 }
 
 impl std::error::Error for SolveError {}
+
+/// What the reason of a start says whose conditions do not agree.
+const CONTRADICTS: &str = "contradicts the other";
 
 /// A variable that exceeds its value at the start, or 1, by this factor grows without bound.
 const GROWN: f64 = 1e6;
@@ -235,7 +261,56 @@ fn growth(place: &Place) -> Option<(f64, f64)> {
 
 fn step_lines(f: &mut Formatter<'_>, report: &StepReport) -> fmt::Result {
     write!(f, "\n  last step tried: {:.3e} s at order {}", report.step, report.order)?;
-    place_lines(f, &report.place, "last good values")
+    place_lines(f, &report.place, "last good values")?;
+    report.place.near.as_deref().map_or(Ok(()), |near| near_lines(f, near))
+}
+
+/// Steps shorter than this part of a time constant do not follow the motion of that constant.
+const FAR_BELOW: f64 = 1e-3;
+/// Equations whose fastest motion dies out in less than this part of the run are stiff.
+const STIFF: f64 = 1e-3;
+
+/// What the equations near the last point say.
+fn near_lines(f: &mut Formatter<'_>, near: &Near) -> fmt::Result {
+    if let Some((name, nominal, largest)) = &near.below_rounding {
+        let (nominal, largest) = (significant(*nominal), significant(*largest));
+        write!(
+            f,
+            "\n  the error that {name} may have is below the rounding of its values, up to {largest}: its nominal value {nominal} is out \
+             of scale; set `nominal = {largest}`"
+        )?;
+    }
+    if let Some(vanishing) = &near.vanishing {
+        let equation = vanishing.equation.as_ref().map_or_else(String::new, |own| format!(", most in `{}`", own.text));
+        write!(
+            f,
+            "\n  the equations determine {} ever less{equation}: their smallest singular value goes from {:.2e} at the start to {:.2e}",
+            vanishing.variable, vanishing.before, vanishing.now
+        )?;
+    }
+    let Some(mode) = &near.mode else { return Ok(()) };
+    let (re, im) = mode.eigenvalue;
+    let value = if im == 0.0 { format!("{re:.3e}") } else { format!("{re:.3e} +- {im:.3e} i") };
+    let shares: Vec<String> =
+        mode.shares.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
+    write!(f, "\n  the eigenvalue behind it is {value} 1/s, of {}", shares.join(", "))?;
+    let (constant, step) = (re.hypot(im).recip(), near.step);
+    if re > 0.0 && re * near.span > 1.0 && re > im {
+        write!(f, ": the motion grows by a factor of e every {:.2e} s", re.recip())?;
+    } else if step < FAR_BELOW * constant {
+        write!(
+            f,
+            ": its motion takes {constant:.2e} s, the steps {step:.2e} s, so it is not what keeps them short, but a jump or a singularity"
+        )?;
+    } else {
+        write!(f, ": the steps of {step:.2e} s follow its motion")?;
+    }
+    if mode.fastest * near.span * STIFF > 1.0 && mode.fastest > 1e3 * mode.slowest {
+        let (fast, slow) = (mode.fastest.recip(), mode.slowest.recip());
+        write!(f, "; the equations are stiff, with time constants from {fast:.1e} s to {slow:.1e} s")
+    } else {
+        write!(f, "; the equations are not stiff")
+    }
 }
 
 fn place_lines(f: &mut Formatter<'_>, place: &Place, title: &str) -> fmt::Result {
@@ -302,6 +377,15 @@ fn pile_lines(f: &mut Formatter<'_>, pile: &Pile, last: &[RootInfo]) -> fmt::Res
         }
         _ => Ok(()),
     }
+}
+
+/// A variable goes on by the same amount from pass to pass.
+fn counts_on(changing: &Changing) -> bool {
+    let steps: Vec<f64> = changing.values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    matches!(changing.kind, ValueKind::Integer | ValueKind::Real)
+        && steps.len() >= 3
+        && steps[0] != 0.0
+        && steps.iter().all(|step| *step == steps[0])
 }
 
 /// What changes from pass to pass.

@@ -7,6 +7,7 @@
 use hyd_results::Sink;
 use hyd_system::{AssertionReport, DaeSystem, Instants, Structure};
 
+use crate::course::Recent;
 use crate::delay::{DelayWork, Delaying};
 use crate::error::SolveError;
 use crate::events::chatter::Chatter;
@@ -85,6 +86,8 @@ pub struct Simulator {
     /// The start of the run (s) and the values there.
     started: f64,
     origin: Point,
+    /// The last points of steps, for messages.
+    recent: Recent,
     /// Unknowns that are states, now or at times; and those that are states now.
     differential: Vec<bool>,
     states: Vec<bool>,
@@ -121,6 +124,7 @@ impl Clone for Simulator {
             point: self.point.clone(),
             started: self.started,
             origin: self.origin.clone(),
+            recent: self.recent.clone(),
             differential: self.differential.clone(),
             states: self.states.clone(),
             choosing: self.choosing,
@@ -237,6 +241,7 @@ impl Simulator {
             point: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             started: 0.0,
             origin: Point { y: vec![0.0; n], yp: vec![0.0; n] },
+            recent: Recent::default(),
             differential: structure.differential.clone(),
             states: structure.differential.clone(),
             choosing: Choosing::new(),

@@ -146,12 +146,31 @@ def check_equations(browser):
     check(all(url.startswith(("file:", "data:")) for url in asked), f"the page asked for {asked}")
 
 
+def check_profile(browser):
+    path = WORK / "profile.html"
+    run("simulate", ROOT / "models/single_acting_drive/drive.hyd", "--profile-page", path)
+    for width, scheme in ((1500, "light"), (500, "dark")):
+        page, wrong, asked = open_page(browser, path)
+        page.set_viewport_size({"width": width, "height": 1100})
+        page.emulate_media(color_scheme=scheme)
+        titles = page.locator("h2").all_inner_texts()
+        check({"Parts of the run", "Components", "Cost of the code"} <= set(titles), f"sections of the profile: {titles}")
+        page.get_by_role("button", name="code").click()
+        shares = [float(text.split()[0]) for text in page.locator("section:nth-of-type(2) td:last-child").all_inner_texts()]
+        check(shares == sorted(shares, reverse=True) and 99 < sum(shares) < 101, f"components by their share of the code: {shares}")
+        check(page.evaluate("document.documentElement.scrollWidth <= innerWidth"), f"the profile is wider than {width} pixels")
+        page.screenshot(path=WORK / f"profile_{width}.png", full_page=True)
+        check(not wrong, f"errors in the page: {wrong}")
+        check(all(url.startswith(("file:", "data:")) for url in asked), f"the page asked for {asked}")
+
+
 with sync_playwright() as play:
     names = ("chromium", "chromium-browser", "google-chrome", "chrome")
     program = next((path for path in map(shutil.which, names) if path), None)
     check(program, "a Chromium is installed")
     browser = play.chromium.launch(executable_path=program, args=ARGUMENTS)
     check_equations(browser)
+    check_profile(browser)
     check_report(browser, report())
     check_without_name(browser, report("no_leak", KEPT - {"ChamberLeakage"}))
     browser.close()

@@ -49,6 +49,13 @@ pub struct RunProfile {
     pub unconverged_in: Vec<Share>,
     /// Events by relation.
     pub events_by: Vec<Share>,
+    /// Rejected attempts, attempts that did not converge (by the component of the equation) and events (by the component of what is
+    /// compared), by component; the model itself has no name.
+    pub rejected_by_component: Vec<Share>,
+    /// See `rejected_by_component`.
+    pub unconverged_by_component: Vec<Share>,
+    /// See `rejected_by_component`.
+    pub events_by_component: Vec<Share>,
 }
 
 impl RunProfile {
@@ -66,7 +73,13 @@ impl RunProfile {
             let name = info.map_or_else(|| format!("relation {}", k + 1), |info| info.text.to_string());
             Share { name, place: info.map(|info| format!("{}:{}", info.file, info.line)), count: 0 }
         };
+        let component = |k: usize| {
+            let name = tables.row_equation(k).map_or_else(String::new, |info| info.component.to_string());
+            Share { name, place: None, count: 0 }
+        };
         let limited_by = unknowns(&profile.limited);
+        let rejected_by = unknowns(&profile.rejected);
+        let events_by = shares(&profile.events, relation);
         let seconds = profile.seconds;
         Self {
             total_s: seconds.total,
@@ -76,12 +89,15 @@ impl RunProfile {
             steps_s: seconds.steps,
             events_s: seconds.events,
             steps: statistics.steps,
-            limited_by_component: by_component(&limited_by),
+            limited_by_component: by_component(&limited_by, component_of),
+            rejected_by_component: by_component(&rejected_by, component_of),
+            unconverged_by_component: by_component(&shares(&profile.unconverged_rows, component), |name| Some(name)),
+            events_by_component: by_component(&events_by, compared_in),
             limited_by,
-            rejected_by: unknowns(&profile.rejected),
+            rejected_by,
             unconverged_by: unknowns(&profile.unconverged),
             unconverged_in: shares(&profile.unconverged_rows, equation),
-            events_by: shares(&profile.events, relation),
+            events_by,
         }
     }
 
@@ -136,12 +152,11 @@ fn shares(counts: &[u64], of: impl Fn(usize) -> Share) -> Vec<Share> {
     counted.into_iter().map(|(k, count)| Share { count, ..of(k) }).collect()
 }
 
-/// Counts of variables added up by the component that a variable belongs to.
-fn by_component(shares: &[Share]) -> Vec<Share> {
+/// Counts added up by the component that a name belongs to.
+fn by_component(shares: &[Share], component: impl Fn(&str) -> Option<&str>) -> Vec<Share> {
     let mut all: Vec<Share> = Vec::new();
     for share in shares {
-        let name = share.name.trim_start_matches("der(");
-        let Some((component, _)) = name.rsplit_once('.') else { continue };
+        let Some(component) = component(&share.name) else { continue };
         match all.iter_mut().find(|known| known.name == component) {
             Some(known) => known.count += share.count,
             None => all.push(Share { name: component.to_string(), place: None, count: share.count }),
@@ -149,4 +164,30 @@ fn by_component(shares: &[Share]) -> Vec<Share> {
     }
     all.sort_by_key(|share| std::cmp::Reverse(share.count));
     all
+}
+
+/// The component of a variable or derivative; none for those of the model itself.
+fn component_of(name: &str) -> Option<&str> {
+    name.trim_start_matches("der(").rsplit_once('.').map(|(component, _)| component)
+}
+
+/// The component of the first variable in a relation that belongs to one, else the model itself.
+fn compared_in(relation: &str) -> Option<&str> {
+    let is_name = |c: char| c.is_alphanumeric() || "_.[]".contains(c);
+    let mut names =
+        relation.split(|c| !is_name(c)).filter(|name| name.starts_with(|c: char| c.is_alphabetic() || c == '_'));
+    Some(names.find_map(component_of).unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{compared_in, component_of};
+
+    #[test]
+    fn components_are_read_from_names() {
+        assert_eq!(component_of("der(valve.spool.x)"), Some("valve.spool"));
+        assert_eq!(component_of("x"), None);
+        assert_eq!(compared_in("time >= 0.5*drive.valve[2].T"), Some("drive.valve[2]"));
+        assert_eq!(compared_in("x > 1.5"), Some(""));
+    }
 }

@@ -149,6 +149,12 @@ pub struct RunSummary {
     pub result: Option<String>,
     /// Picture.
     pub plot: Option<String>,
+    /// The warning that was told with its place in the text already.
+    #[serde(skip)]
+    pub told: Option<String>,
+    /// Page of its profile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_page: Option<String>,
     /// Where its time went, if that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<RunProfile>,
@@ -221,7 +227,7 @@ impl RunSummary {
         let (translated, simulated) = (duration(self.translate_s), duration(self.simulate_s));
         let made = if self.unit.is_some() { "loaded" } else { "translated" };
         writeln!(out, "  {made} in {translated}, simulated in {simulated} of CPU time")?;
-        for (what, path) in [("results", &self.result), ("picture", &self.plot)] {
+        for (what, path) in [("results", &self.result), ("picture", &self.plot), ("profile", &self.profile_page)] {
             if let Some(path) = path {
                 writeln!(out, "  {what} in {path}")?;
             }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hyd_frames::{RunStream, is_parquet};
 use hyd_payload::Experiment;
 use hyd_results::{Format, ResultFile, Sink, Tee};
-use hyd_runtime::{Options, Simulator, SolveError, Summary};
+use hyd_runtime::{Options, Rescue, Simulator, SolveError, Summary};
 use hyd_system::{DaeSystem, Structure, Tables, VariableInfo};
 
 use crate::arguments::{MessageFormat, RunArguments, Solver};
@@ -51,6 +51,8 @@ pub struct Outcome {
     pub result: Result<Summary, SolveError>,
     /// The values of the shown variables.
     pub recorder: Recorder,
+    /// How initial values were found where the start values do not lead to them.
+    pub rescue: Option<Rescue>,
 }
 
 /// What goes with a run beside its options.
@@ -97,6 +99,8 @@ pub struct Ran {
     pub jumps: Vec<String>,
     /// Where its time went, if that was asked for.
     pub profile: Option<RunProfile>,
+    /// How initial values were found where the start values do not lead to them; its sentence is among the warnings.
+    pub rescue: Option<Rescue>,
 }
 
 /// Runs something: rows go to the sink, and the question whether to stop is asked on the way.
@@ -132,6 +136,7 @@ pub fn simulate(
             methods: simulator.phases().iter().map(MethodUse::from).collect(),
             jumps: simulator.jumps().iter().map(ToString::to_string).collect(),
             profile: simulator.profile().map(|found| RunProfile::new(found, system.tables(), simulator.statistics())),
+            rescue: simulator.rescue().cloned(),
         }
     })
 }
@@ -190,11 +195,13 @@ pub fn record(
         jumps: ran.jumps,
         result: result.map(|path| path.display().to_string()),
         plot: None,
+        profile_page: None,
+        told: None,
         profile: ran.profile,
         final_values: FinalValues(recorder.last_values()),
         left_out,
     };
-    Ok(Outcome { summary, result: outcome, recorder })
+    Ok(Outcome { summary, result: outcome, recorder, rescue: ran.rescue })
 }
 
 /// What the user should know of a run that did not fail for it.
@@ -335,7 +342,8 @@ fn warning_text(warning: &hyd_runtime::Warning) -> String {
 /// # Errors
 /// When standard output cannot be written.
 pub fn tell(summary: &RunSummary, json: bool, format: MessageFormat) -> Result<(), Failure> {
-    for warning in &summary.warnings {
+    let is_told = |warning: &&String| summary.told.as_ref() == Some(*warning);
+    for warning in summary.warnings.iter().filter(|warning| !is_told(warning)) {
         output::sentence("warning", warning, format);
     }
     for jump in summary.jumps.iter().take(MOST_JUMPS) {

@@ -8,6 +8,9 @@ use hyd_runtime::SolveError;
 use hyd_source::Span;
 use hyd_system::significant;
 
+/// Values of steps are shown that differ by more than this part from the one before.
+const TOLD_APART: f64 = 0.05;
+
 /// The diagnostic of a failed run: its first sentence, the equation marked, everything else below.
 pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, kept: Option<String>) -> Diagnostic {
     let text = error.to_string();
@@ -39,12 +42,43 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
         (Some(first), SolveError::TooManySteps { .. }) => {
             diagnostic.message.push_str(&format!("; {} approaches zero", first.what));
         }
+        // That a derivative is not finite says less than what is not.
+        (Some(first), SolveError::NotFinite(report))
+            if report.place.evaluation.as_ref().is_some_and(|own| own.reason.contains("in its derivative")) =>
+        {
+            let said = std::mem::replace(
+                &mut diagnostic.message,
+                format!("no finite value beyond t = {time} s: {} approaches zero", first.what),
+            );
+            diagnostic = diagnostic.help(said);
+        }
+        (None, SolveError::NoConvergence(_)) => {
+            if let Some(vanishing) = error.near().and_then(|near| near.vanishing.as_ref()) {
+                let equation = vanishing.equation.as_ref().map_or("an equation", |own| &own.text);
+                diagnostic.message = format!(
+                    "the equations could not be solved beyond t = {time} s: `{equation}` no longer determines `{}`",
+                    vanishing.variable
+                );
+            }
+        }
         _ => {}
     }
     for approach in approached {
         let (before, now) = (significant(approach.before), significant(approach.now));
         diagnostic = diagnostic.with(approach.span, "");
-        let text = format!("{} approaches zero: {before} at the start, {now} at the end", approach.what);
+        let mut text = format!("{} approaches zero: {before} at the start", approach.what);
+        // Steps that are too close to tell apart say nothing.
+        let mut last = approach.before;
+        let told = approach.recent.iter().filter(|value| {
+            let differs = (**value - last).abs() > TOLD_APART * last.abs();
+            last = **value;
+            differs
+        });
+        let recent: Vec<String> = told.map(|value| significant(*value)).collect();
+        if !recent.is_empty() {
+            text.push_str(&format!(", {} over the last steps", recent.join(", ")));
+        }
+        text.push_str(&format!(", {now} at the end"));
         diagnostic = diagnostic.help(text);
     }
     for line in lines.map(str::trim) {
@@ -61,7 +95,7 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
 }
 
 /// Where the variable of this name (or its start value or derivative) is declared.
-fn declaration<'a>(flat: &FlatModel, name: &'a str) -> Option<(Span, &'a str)> {
+pub(crate) fn declaration<'a>(flat: &FlatModel, name: &'a str) -> Option<(Span, &'a str)> {
     let name = name.trim_start_matches("der(").trim_end_matches(')').trim_end_matches(".start");
     let block = flat.variables.iter().find(|block| {
         let starts = block.name.parts.first().is_some_and(|(text, _)| name.starts_with(text.as_ref()));

@@ -258,7 +258,15 @@ impl UnitRun<'_> {
             let statistics = Statistics { steps: system.steps, ..Statistics::default() };
             let outcome = ended(run, system.time, &statistics, &mut lost);
             let (warnings, methods, jumps) = Default::default();
-            Ran { outcome, warnings, counters: Counters::from(&statistics), methods, jumps, profile: None }
+            Ran {
+                outcome,
+                warnings,
+                counters: Counters::from(&statistics),
+                methods,
+                jumps,
+                profile: None,
+                rescue: None,
+            }
         });
         let mut outcome = outcome?;
         if let Some(used) = &mut outcome.summary.unit {

@@ -35,6 +35,7 @@ mod tests;
 
 pub use alias::eliminate_aliases;
 pub use combined::until_regular;
+pub use explain::cost::{Cost, costs};
 pub use explain::faults::equation_text;
 pub use explain::matrix::{Matrix, matrix};
 pub use explain::print::print_system;

@@ -77,7 +77,7 @@ pub(crate) struct Case<'a> {
 pub(crate) fn infer(case: &Case<'_>, template: &Template, (alone, rule): (bool, Rule), rows: &mut Vec<Row>) {
     let roots = [template.left, template.right];
     let roots = if alone { &roots[..1] } else { &roots[..] };
-    let mut pass = Pass { case, forms: FxHashMap::default(), rows };
+    let mut pass = Pass { case, forms: FxHashMap::default(), rows, apart: residuals(case.arena, template) };
     for id in post_order(case.arena, roots) {
         let form = pass.form(id);
         pass.forms.insert(id, form);
@@ -87,8 +87,26 @@ pub(crate) fn infer(case: &Case<'_>, template: &Template, (alone, rule): (bool, 
     }
 }
 
+/// The branches of `0 = if c then l1 - r1 else l2 - r2`, which an `if` equation becomes whose branches set different variables: each is an equation
+/// of its own.
+fn residuals(arena: &Arena, template: &Template) -> Vec<NodeId> {
+    let mut found = Vec::new();
+    if arena.as_constant(template.left) == Some(0.0) {
+        let mut todo = vec![template.right];
+        while let Some(id) = todo.pop() {
+            if let Node::If(_, a, b) = arena.node(id) {
+                found.push(id);
+                todo.extend([a, b]);
+            }
+        }
+    }
+    found
+}
+
 struct Pass<'a, 'b> {
     case: &'a Case<'a>,
+    /// Conditions between equations, not between values.
+    apart: Vec<NodeId>,
     forms: FxHashMap<NodeId, Form>,
     rows: &'b mut Vec<Row>,
 }
@@ -119,6 +137,7 @@ impl Pass<'_, '_> {
                 self.agree(a, b, Rule::Relation);
                 Form::COUNT
             }
+            Node::If(..) if self.apart.contains(&id) => Form::Free,
             Node::If(_, a, b) => self.agree(a, b, Rule::Branches),
             Node::Call1(function, a) => self.call1(function, a),
             Node::Call2(function, a, b) => self.call2(function, a, b),

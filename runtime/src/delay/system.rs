@@ -62,6 +62,11 @@ impl<'a> Delaying<'a> {
         }
     }
 
+    /// The system itself, for what only systems without a past are asked.
+    pub(crate) fn inner(&mut self) -> &mut dyn DaeSystem {
+        self.inner
+    }
+
     /// Some equation reads values of the past.
     pub(crate) fn has_delays(&self) -> bool {
         !self.work.sites.is_empty()

@@ -20,6 +20,12 @@ const CLOSE: f64 = 1e-9;
 /// Close events in a row, each nearer to the last than that was to the one before, that count as accumulating.
 const MOST_SHRINKING_GAPS: u32 = 5;
 const CLOSE_SHRINKING: f64 = 1e-8;
+/// Events of one relation in a row, each closer to the last than `NEAR` of the run, that will come to no end in reasonable time: a ball on
+/// something that moves, whose bounces stay at the size of rounding.
+const MOST_NEAR_EVENTS: u32 = 1000;
+const NEAR: f64 = 1e-7;
+/// Before them the distances shrank to this part of each other, so that the events accumulate.
+const FALLEN: f64 = 0.9;
 /// Events that are kept.
 const KEPT: usize = 100;
 /// Two relations take turns if the one follows the other in at least this part of the events.
@@ -68,6 +74,9 @@ pub(crate) struct Chatter {
     gap: f64,
     close: u32,
     shrinking: u32,
+    near: u32,
+    /// Shrinking distances in a row before they stayed about the same.
+    fallen: u32,
     recent: VecDeque<Seen>,
 }
 
@@ -85,18 +94,27 @@ impl Chatter {
         let close = gap <= CLOSE * span;
         self.close = if close { self.close + 1 } else { 0 };
         self.shrinking = if gap <= CLOSE_SHRINKING * span && gap < self.gap { self.shrinking + 1 } else { 0 };
+        let relation = fired.iter().position(|&fired| fired);
+        let again = relation.is_some() && self.recent.back().is_some_and(|last| last.relation == relation);
+        self.near = if again && gap <= NEAR * span { self.near + 1 } else { 0 };
+        self.fallen = match gap {
+            gap if gap < FALLEN * self.gap => self.fallen + 1,
+            gap if gap <= 2.0 * self.gap => self.fallen,
+            _ => 0,
+        };
         (self.last, self.gap) = (Some(t), gap);
         if self.recent.len() == KEPT {
             self.recent.pop_front();
         }
-        self.recent.push_back(Seen { t, relation: fired.iter().position(|&fired| fired) });
-        let accumulating = self.shrinking >= MOST_SHRINKING_GAPS;
-        if self.close < MOST_CLOSE_EVENTS && !accumulating {
+        self.recent.push_back(Seen { t, relation });
+        let is_near = self.near >= MOST_NEAR_EVENTS;
+        let accumulating = self.shrinking >= MOST_SHRINKING_GAPS || is_near && self.fallen >= MOST_SHRINKING_GAPS;
+        if self.close < MOST_CLOSE_EVENTS && !accumulating && !is_near {
             return Ok(());
         }
         let relations = relations(problem, fired);
         let pile = Box::new(self.pile((t, span), problem, (y, yp)));
-        Err(SolveError::Chattering { time: t, events: self.close, accumulating, relations, pile })
+        Err(SolveError::Chattering { time: t, events: self.close.max(self.near), accumulating, relations, pile })
     }
 
     /// What is known of the last events, of those that belong together.

@@ -66,6 +66,7 @@ impl Simulator {
         self.output.row(run.problem, run.sink, t, (y, yp), RowKind::Normal, sensitivity)?;
         self.output.assertions(run.problem, t, (y, yp))?;
         self.started = t;
+        self.recent.clear();
         self.origin.y.copy_from_slice(y);
         self.origin.yp.copy_from_slice(yp);
         self.restart(run, t, false);

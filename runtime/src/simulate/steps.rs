@@ -5,9 +5,14 @@ use hyd_results::RowKind;
 use super::{Arrival, Found, Point, Run, Simulator, Stall, spend};
 use crate::course::Course;
 use crate::delay::Recorder;
-use crate::error::SolveError;
-use crate::problem::Problem;
+use crate::error::{Near, SolveError};
+use crate::linearize::OperatingPoint;
+use crate::local_mode::LocalMode;
 use crate::sensitivity::EventSource;
+use crate::vanishing::Vanishing;
+
+/// An error that must stay below so many times the size of a value, or less, is lost in the rounding of its equations.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 impl Simulator {
     /// The loop over steps; returns the time reached.
@@ -49,17 +54,60 @@ impl Simulator {
         let (steps, step) = (run.problem.statistics.steps, self.integrator.step_size());
         let unknown = self.integrator.dominant(&self.weights);
         let error = SolveError::too_many_steps((t, steps, step), unknown, self.integrator.y(), run.problem);
-        Err(self.with_course(error, run.problem))
+        Err(self.with_course(error, run))
     }
 
-    /// The error with the values at the start of the run, before its last step and at the end of that.
-    pub(super) fn with_course(&self, error: SolveError, problem: &mut Problem<'_>) -> SolveError {
-        let (before, n) = (self.integrator.t_before(), self.origin.y.len());
-        let (mut y, mut yp) = (vec![0.0; n], vec![0.0; n]);
-        self.integrator.at(before, &mut y, &mut yp);
+    /// The error with the values at the start of the run and at some of its last steps, and with what the equations say there.
+    pub(super) fn with_course(&self, error: SolveError, run: &mut Run<'_, '_>) -> SolveError {
         let start = (self.started, self.origin.y.as_slice(), self.origin.yp.as_slice());
-        let points = [start, (before, &y, &yp), (self.integrator.t(), self.integrator.y(), self.integrator.yp())];
-        error.with_course(Course::new(problem, &points))
+        let last = (self.integrator.t(), self.integrator.y(), self.integrator.yp());
+        let mut points = vec![start];
+        points.extend(self.recent.points().filter(|point| point.0 > start.0 && point.0 < last.0));
+        points.push(last);
+        let course = Course::new(run.problem, &points);
+        let point = |(t, y, yp): (f64, &[f64], &[f64])| (t, y.to_vec(), yp.to_vec());
+        let (first, last) = (point(start), point(last));
+        let near = self.near(&error, run, &first, &last);
+        error.with_course(course, near)
+    }
+
+    /// What the equations at the last point say of an error.
+    fn near(
+        &self,
+        error: &SolveError,
+        run: &mut Run<'_, '_>,
+        first: &(f64, Vec<f64>, Vec<f64>),
+        last: &(f64, Vec<f64>, Vec<f64>),
+    ) -> Near {
+        let unknown = error.unknown();
+        let span = run.span();
+        let step = match self.integrator.t() - self.integrator.t_before() {
+            step if step > 0.0 => step,
+            _ => self.integrator.step_size(),
+        };
+        let begin = OperatingPoint { t: first.0, y: &first.1, yp: &first.2 };
+        let end = OperatingPoint { t: last.0, y: &last.1, yp: &last.2 };
+        let nominals: &[f64] = &self.weights.nominals;
+        let mode = match error {
+            SolveError::StepTooSmall(_) | SolveError::NoConvergence(_) | SolveError::TooManySteps { .. } => {
+                LocalMode::new(run.problem.system.inner(), end, nominals, unknown)
+            }
+            _ => None,
+        };
+        let vanishing = match error {
+            SolveError::NoConvergence(_) | SolveError::Singular(_) => {
+                Vanishing::new(run.problem.system.inner(), begin, end, nominals)
+            }
+            _ => None,
+        };
+        let below_rounding = unknown.and_then(|k| {
+            let size =
+                self.recent.points().map(|(_, y, _)| y[k].abs()).fold(first.1[k].abs().max(last.1[k].abs()), f64::max);
+            let allowed = run.options.tolerance * (last.1[k].abs() + nominals[k]);
+            let name = run.problem.system.tables().unknown_name(k);
+            (allowed < ROUNDING * size).then_some((name, nominals[k], size))
+        });
+        Near { mode, vanishing, below_rounding, span, step }
     }
 
     /// Whether `t` is closer to the next limit than a step can be, and so the same instant: what is there.
@@ -102,8 +150,9 @@ impl Simulator {
             }
             let attempt = self.integrator.last_attempt();
             let error = SolveError::step(failure, from, attempt, self.integrator.y(), run.problem);
-            return Err(self.with_course(error, run.problem));
+            return Err(self.with_course(error, run));
         }
+        self.recent.note(self.integrator.t(), self.integrator.y(), self.integrator.yp());
         let (past, consistency, weights) = (&self.integrator, &mut self.consistency, &self.weights);
         let mut recorder = Recorder { problem: run.problem, past, consistency, weights };
         if recorder.record_step() && self.integrator.t() < run.time_event {

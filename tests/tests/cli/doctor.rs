@@ -1,8 +1,10 @@
 //! What the program says of models that fail, and that it is silent about healthy ones.
 //!
 //! `tests/doctor/fails` holds models with a fault each.  Comments say what must be found and what heals it:
-//! `// cause: WORDS` words that name the cause in an error, `// warns: WORDS` in a warning of a run that succeeds, `// proposes: WORDS` words
-//! of the change that is proposed, `` // heal: `OLD` -> `NEW` `` the change itself, `// stop: SECONDS` the length of the run.  How often
+//! `// cause: WORDS` words that name the cause in an error, `// warns: WORDS` in a warning of a run that succeeds, `// notes: WORDS` in a note
+//! of one, `// proposes: WORDS` words of the change that is proposed, `` // heal: `OLD` -> `NEW` `` the change itself, `// fix: yes` that
+//! `hyd check --fix` makes a change after which the model runs, `// fault: SENTENCE` the fault in plain words (of models that were written before
+//! the program was run on them), `// stop: SECONDS` the length of the run.  How often
 //! the cause comes first and among the first three sentences, and how often the change is proposed, is counted over all of them and
 //! must not fall; every change must make its model run without a word.  `tests/doctor/healthy` holds models that only resemble those.
 
@@ -17,6 +19,8 @@ use crate::process::{Outcome, Scratch, assert_no_panic, run};
 const FIRST: f64 = 0.8;
 const AMONG_THREE: f64 = 0.95;
 const PROPOSED: f64 = 0.7;
+/// Models that `hyd check --fix` heals, at least.
+const LEAST_FIXED: usize = 10;
 
 /// A model with what its comments say.
 struct Case {
@@ -24,6 +28,8 @@ struct Case {
     text: String,
     cause: Option<String>,
     warns: bool,
+    notes: bool,
+    fix: bool,
     proposes: Option<String>,
     heals: Vec<(String, String)>,
     stop: String,
@@ -48,10 +54,12 @@ fn case(path: &Path) -> Case {
         assert_eq!(parts.len(), 5, "{name}: {line}");
         Some((parts[1].to_string(), parts[3].to_string()))
     };
-    let (cause, warning) = (said("cause"), said("warns"));
+    let (cause, warning, note) = (said("cause"), said("warns"), said("notes"));
     Case {
-        warns: warning.is_some(),
-        cause: cause.or(warning),
+        warns: warning.is_some() || note.is_some(),
+        notes: note.is_some(),
+        fix: said("fix").is_some(),
+        cause: cause.or(warning).or(note),
         proposes: said("proposes"),
         heals: text.lines().filter_map(heal).collect(),
         stop: said("stop").unwrap_or_else(|| "1".to_string()),
@@ -69,14 +77,14 @@ fn simulate(text: &str, stop: &str) -> Outcome {
 }
 
 /// All that is said, in the order in which it is read: each message with the sentences below it.
-fn sentences(outcome: &Outcome) -> Vec<String> {
+fn sentences(outcome: &Outcome, notes: bool) -> Vec<String> {
     let mut all = Vec::new();
     for line in outcome.stderr.lines() {
         let Ok(message) = serde_json::from_str::<serde_json::Value>(line) else {
             all.push(line.to_string());
             continue;
         };
-        if message["severity"] == "note" {
+        if message["severity"] == "note" && !notes {
             continue;
         }
         all.push(message["message"].as_str().unwrap_or_default().to_string());
@@ -101,7 +109,7 @@ fn causes_come_first_and_changes_heal() {
     let (mut first, mut among, mut proposed, mut report) = (0, 0, 0, String::new());
     for case in &cases {
         let outcome = simulate(&case.text, &case.stop);
-        let said = sentences(&outcome);
+        let said = sentences(&outcome, case.notes);
         match case.warns {
             true => assert_eq!(outcome.code, Some(0), "{}: {}", case.name, outcome.stderr),
             false => assert!(outcome.code.is_some_and(|code| code != 0) || !said.is_empty(), "{} runs", case.name),
@@ -126,6 +134,22 @@ fn causes_come_first_and_changes_heal() {
         "of {}: {first} first, {among} among three, {proposed} proposed\n{report}",
         cases.len()
     );
+}
+
+#[test]
+fn proposed_changes_are_made_by_check() {
+    let cases: Vec<Case> = cases("fails").into_iter().filter(|case| case.fix).collect();
+    assert!(cases.len() >= LEAST_FIXED, "{} models", cases.len());
+    for case in cases {
+        let folder = Scratch::new();
+        folder.write("model.hyd", &case.text);
+        let outcome = run(folder.path(), &["check", "model.hyd", "--fix"]);
+        assert_no_panic(&outcome);
+        let text = folder.read("model.hyd");
+        assert_ne!(text, case.text, "{}: {}{}", case.name, outcome.stdout, outcome.stderr);
+        let after = simulate(&text, &case.stop);
+        assert_eq!((after.code, after.stderr.as_str()), (Some(0), ""), "{} is not healed by\n{text}", case.name);
+    }
 }
 
 #[test]

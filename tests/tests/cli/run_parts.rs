@@ -76,6 +76,8 @@ mod run_summary {
             jumps: Vec::new(),
             result: Some("fall.csv".into()),
             plot: None,
+            profile_page: None,
+            told: None,
             profile: None,
             final_values: FinalValues(vec![("h".into(), 1.5, "m".into()), ("speed".into(), f64::NAN, "".into())]),
             left_out: 97,

@@ -1,5 +1,6 @@
 //! What a user sees of the systems: faults in the user's words, the history of one variable, printed stages, the matrix.
 
+pub(crate) mod cost;
 pub(crate) mod faults;
 pub(crate) mod floating;
 pub(crate) mod matrix;

@@ -32,6 +32,8 @@ pub struct Approach {
     pub before: f64,
     /// See `before`.
     pub now: f64,
+    /// Its values at the points between, the last steps.
+    pub recent: Vec<f64>,
     /// Where its equation stands.
     pub span: Span,
 }
@@ -140,9 +142,10 @@ pub fn approaches(
                     Use::Logarithm => format!("the logarithm of `{text}` is taken, and it"),
                     Use::Power => format!("`{text}` is the base of a power, and it"),
                 };
+                let recent = (1..last).map(&mut at).collect();
                 let span = block.origin.span;
                 let ratio = (now / before).abs();
-                found.push((!touches, ratio, Approach { what, before, now, span }));
+                found.push((!touches, ratio, Approach { what, before, now, recent, span }));
             }
         }
     }

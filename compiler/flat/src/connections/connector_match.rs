@@ -2,13 +2,17 @@
 //! (Modelica 3.6, section 9.3); and whether a connected input has one source.
 
 use hyd_instance::InstId;
-use hyd_source::{Code, Diagnostic, Span};
+use hyd_source::{Code, Diagnostic, Edit, Span};
 use hyd_syntax::tree::{ClassKind, Direction};
 
 use crate::connections::connect::{Leaf, Side};
 use crate::model::VarId;
 use crate::state::context::Fail;
 use crate::state::flattener::Flattener;
+
+/// Names that variables have which add up to zero where parts are joined.
+const FLOWS: [&str; 14] =
+    ["f", "F", "i", "I", "q", "Q", "tau", "torque", "m_flow", "V_flow", "H_flow", "Q_flow", "Phi", "force"];
 
 impl Flattener<'_, '_> {
     /// Reports an error if what a `connect` joins does not fit.
@@ -27,6 +31,7 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         let (x, y) = (self.leaves(left.inst), self.leaves(right.inst));
+        self.check_flows(left.inst, &x);
         let alike = |a: &Leaf, b: &Leaf| {
             let (p, q) = (&self.scopes.instances[a.inst], &self.scopes.instances[b.inst]);
             let scalars = p.primitive.as_ref().zip(q.primitive.as_ref());
@@ -49,6 +54,59 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         Err(self.kinds_differ(span, (a, &x), (b, &y)))
+    }
+
+    /// Connectors of the user's own text of which all variables are potentials: connected ones are all set equal, and nothing balances.
+    fn check_flows(&mut self, connector: InstId, leaves: &[Leaf]) {
+        let instances = &self.scopes.instances;
+        let is_plain = |leaf: &Leaf| {
+            let own = &instances[leaf.inst];
+            !leaf.flow && !leaf.stream && own.direction.is_none() && own.parent == Some(connector)
+        };
+        let is_own = |leaf: &Leaf| Some(instances[leaf.inst].span.file) == self.scopes.table.main;
+        if leaves.len() < 2
+            || !leaves.iter().all(|leaf| is_plain(leaf) && is_own(leaf))
+            || instances[connector].direction.is_some()
+        {
+            return;
+        }
+        let Some(class) = instances[connector].class else { return };
+        let likely = leaves.iter().find(|leaf| FLOWS.contains(&&*leaf.path));
+        let declared = self.scopes.table.class(class).def.name.span;
+        let name = self.scopes.table.class(class).def.name.name.clone();
+        let known = |own: &Diagnostic| {
+            own.code == Code::ConnectorMismatch && own.labels.first().is_some_and(|label| label.span == declared)
+        };
+        if !self.scopes.table.messages.iter().any(known) {
+            let message = format!(
+                "the connector `{name}` has {} potentials and no `flow` variable: a connection sets all of them equal",
+                leaves.len()
+            );
+            let mut warning = Diagnostic::warning(Code::ConnectorMismatch, message).at(declared, "");
+            match likely {
+                Some(leaf) => {
+                    let span = self.scopes.instances[leaf.inst].span;
+                    warning = warning
+                        .with(span, "declared here")
+                        .help(format!("is `{path}` what adds up to zero where parts are joined? Then declare it with `flow`: `flow Real {path}`", path = leaf.path));
+                    if let Some(begin) = self.begin_of(span) {
+                        let edit = Edit { span: begin, text: "flow ".to_string() };
+                        warning = warning.propose(format!("make `{}` a flow", leaf.path), vec![edit]);
+                    }
+                }
+                None => warning = warning.help("what adds up to zero where parts are joined (a current, a force, a flow rate) is declared with `flow`"),
+            }
+            self.report(warning);
+        }
+    }
+
+    /// The begin of the declaration of a name, after the end of what stands before it.
+    fn begin_of(&self, name: Span) -> Option<Span> {
+        let text = self.scopes.table.files.text(name.file);
+        let before = text.get(..name.start as usize)?;
+        let from = before.rfind([';', '\n']).map_or(0, |at| at + 1);
+        let at = from + (before[from..].len() - before[from..].trim_start().len());
+        Some(Span::new(name.file, at, at))
     }
 
     /// Sizes of a variable within its connector; where it is the connector itself, its sizes say which elements there are.

@@ -4,7 +4,7 @@
 //! several branches becomes one equation; in a branch a variable that no condition reaches keeps its value.
 
 use hyd_instance::{InstId, ScalarType, Scope};
-use hyd_source::{Code, Diagnostic, Origin, Span};
+use hyd_source::{Code, Diagnostic, Edit, Origin, Span};
 use hyd_symbolic::NodeId;
 use hyd_typed::{Equation, EquationKind, Expr, Iterator, Kind as Form, Variable};
 
@@ -358,18 +358,35 @@ impl Flattener<'_, '_> {
         });
     }
 
+    /// From `end when;` to the next `when` between two places of a text, if nothing else stands there.
+    fn between_whens(&self, first: Span, second: Span) -> Option<Span> {
+        let text = self.scopes.table.files.text(first.file);
+        if first.file != second.file || text.get(first.end as usize..second.start as usize)?.contains("elsewhen") {
+            return None;
+        }
+        let from = first.end as usize;
+        let end = from + text.get(from..second.start as usize)?.find("end when")?;
+        let after = text[end + "end when".len()..second.start as usize].trim_start().strip_prefix(';')?;
+        let rest = after.trim_start();
+        let begin = second.start as usize - rest.len();
+        rest.starts_with("when").then(|| Span::new(first.file, end, begin))
+    }
+
     /// Only one `when` may set a variable: reports the second.
     fn set_before(&mut self, inst: InstId, target: &Target<'_>) -> bool {
         let known = self.all_notes().find_map(|notes| notes.set_in_when.get(&inst).copied());
         self.tables().notes.set_in_when.insert(inst, target.span);
         let Some(first) = known else { return false };
         let message = format!("`{}` is set by two `when` equations", printed(target.left));
-        self.report(
-            Diagnostic::error(Code::Unbalanced, message)
-                .at(target.span, "second time")
-                .with(first, "first time")
-                .help("one `when` with `elsewhen` says which comes first"),
-        );
+        let mut diagnostic = Diagnostic::error(Code::Unbalanced, message)
+            .at(target.span, "second time")
+            .with(first, "first time")
+            .help("one `when` with `elsewhen` says which comes first");
+        if let Some(span) = self.between_whens(first, target.span) {
+            let edit = Edit { span, text: "else".to_string() };
+            diagnostic = diagnostic.propose("join both, the first one first", vec![edit]);
+        }
+        self.report(diagnostic);
         true
     }
 }

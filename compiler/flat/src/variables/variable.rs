@@ -5,8 +5,8 @@ use std::sync::Arc;
 use hyd_index::TypedIndex;
 use hyd_instance::modifier::Applied;
 use hyd_instance::{InstId, ScalarType, Value, sizes_text};
-use hyd_source::{Code, Diagnostic, Origin, Reported};
-use hyd_syntax::tree::{Direction, Variability as Declared};
+use hyd_source::{Code, Diagnostic, Edit, Origin, Reported, Span};
+use hyd_syntax::tree::{ClassBody, Direction, Variability as Declared};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 use hyd_typed::Expr;
 
@@ -313,8 +313,46 @@ impl Flattener<'_, '_> {
         let constant = self.scopes.variability(inst) <= Declared::Parameter;
         let kind = if constant { "the parameter " } else { "" };
         let message = format!("the {what} of {kind}`{name}` changes during the run");
-        self.report(Diagnostic::error(Code::NotStructural, message).at(expr.span, "").with(declared, "declared here"));
+        let mut diagnostic =
+            Diagnostic::error(Code::NotStructural, message).at(expr.span, "").with(declared, "declared here");
+        if constant && what == "value" {
+            diagnostic = diagnostic
+                .help(format!("declare `{name}` without `parameter`: what follows from variables is a variable"));
+            if let Some(word) = self.word_before(declared, "parameter") {
+                diagnostic = diagnostic
+                    .propose(format!("make `{name}` a variable"), vec![Edit { span: word, text: String::new() }]);
+            }
+        }
+        self.report(diagnostic);
         false
+    }
+
+    /// A word in front of the name of a declaration, with the blank behind it.
+    fn word_before(&self, declared: Span, word: &str) -> Option<Span> {
+        let text = self.scopes.table.files.text(declared.file);
+        let before = text.get(..declared.start as usize)?;
+        let begin = before.rfind([';', '\n']).map_or(0, |at| at + 1);
+        let at = begin + before[begin..].find(word)?;
+        let end = at + word.len();
+        let blank = text[end..].len() - text[end..].trim_start_matches(' ').len();
+        (blank > 0).then(|| Span::new(declared.file, at, end + blank))
+    }
+
+    /// Whether the class that declares something has an initial equation that names it.
+    fn is_set_initially(&self, inst: InstId) -> bool {
+        let instances = &self.scopes.instances;
+        let name = &instances[inst].name;
+        let parent = instances[inst].parent.unwrap_or(self.tree.root);
+        let Some(shape) = &instances[parent].shape else { return false };
+        shape.frames.iter().any(|frame| match &self.scopes.table.class(frame.class).def.body {
+            ClassBody::Long { equations, .. } => equations.iter().filter(|section| section.initial).any(|section| {
+                section.equations.iter().any(|equation| {
+                    let text = self.scopes.table.files.snippet(equation.span);
+                    text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| *word == **name)
+                })
+            }),
+            _ => false,
+        })
     }
 
     /// A parameter without a binding takes its start value (Modelica 3.6, section 8.6.1); one that nothing gives a value, not even
@@ -346,6 +384,22 @@ impl Flattener<'_, '_> {
         };
         let message = Diagnostic::warning(code, format!("{what}; {taken} is taken"));
         let (above, own) = name.rsplit_once('.').unwrap_or(("", &name));
+        if code == Code::NoValue && self.is_set_initially(inst) {
+            let message = message
+                .at(span, "declared here")
+                .help(format!("an initial equation gives it its value only if it is declared with `fixed = false`: `{own}(fixed = false)`"));
+            let text = self.scopes.table.files.text(span.file).clone();
+            let end = span.end as usize;
+            let edit = match text.get(end..).is_some_and(|rest| rest.trim_start().starts_with('(')) {
+                true => {
+                    let open = end + text[end..].find('(').unwrap_or(0) + 1;
+                    Edit { span: Span::new(span.file, open, open), text: "fixed = false, ".to_string() }
+                }
+                false => Edit { span: Span::new(span.file, end, end), text: "(fixed = false)".to_string() },
+            };
+            self.report(message.propose(format!("let the start find `{own}`"), vec![edit]));
+            return;
+        }
         self.report(match self.scopes.users_line(inst) {
             Some(component) => {
                 let message = message.at(component, "of this component").with(span, "declared here");
