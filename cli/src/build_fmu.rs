@@ -31,6 +31,11 @@ const LIBRARY: Prebuilt = Prebuilt {
     is_it: executable::is_library,
 };
 
+/// The library that units carry a copy of, where it is at hand.
+pub(crate) fn own_library() -> Option<std::path::PathBuf> {
+    LIBRARY.place().ok()
+}
+
 /// Makes the unit.
 pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failure> {
     let library = LIBRARY.read(&arguments.output)?;

@@ -122,6 +122,11 @@ impl Exchange {
         self.driver.remote.counts()
     }
 
+    /// True if it runs in a process of its own.
+    pub fn is_apart(&self) -> bool {
+        self.driver.remote.is_far()
+    }
+
     /// Sentences on what no use is made of.
     pub fn notes(&self) -> &[String] {
         &self.driver.layout.notes

@@ -342,6 +342,27 @@ fn a_unit_is_a_block_in_a_loop() {
     }
 }
 
+/// A unit with the library of this program runs where the solver is, with the same bits as in a process of its own.
+#[test]
+fn our_own_code_gives_the_same_bits_here_and_there() {
+    let scratch = Scratch::new();
+    build(&scratch, MASS, "3.0");
+    let arguments = ["simulate", "case.fmu", "--set", "m=0.7", "--json", "--result"];
+    let results = ["here.csv", "there.csv"].map(|name| {
+        let mut command = command(scratch.path(), &[&arguments[..], &[name]].concat());
+        match name {
+            "here.csv" => command.env("HYD_UNIT", library()),
+            _ => command.env("HYD_UNIT", scratch.path().join("none")),
+        };
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (scratch.read(name), json["unit"]["own_process"].as_bool())
+    });
+    assert_eq!(results[0].0, results[1].0);
+    assert_eq!(results.map(|(_, place)| place), [Some(false), Some(true)]);
+}
+
 /// Events go both ways: the ball bounces within the unit, and the text changes its weight while it flies.
 #[test]
 fn a_unit_in_a_model_has_events() {
