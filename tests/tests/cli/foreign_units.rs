@@ -342,6 +342,51 @@ fn a_unit_is_a_block_in_a_loop() {
     }
 }
 
+/// A unit with a connector is a block with that connector.
+#[test]
+fn a_unit_is_connected_by_its_connector() {
+    const PLANT: &str = "connector Bus
+  input Real u(start = 0);
+  output Real y(start = 0, fixed = true);
+end Bus;
+model Plant
+  Bus bus;
+equation
+  der(bus.y) = bus.u - bus.y;
+end Plant;
+";
+    const LOOP: &str = "model Control
+  connector Bus
+    output Real u;
+    input Real y;
+  end Bus;
+  Bus bus;
+equation
+  bus.u = 1 - 3*bus.y;
+end Control;
+model Loop
+  Plant plant;
+  Control control;
+equation
+  connect(plant.bus, control.bus);
+  annotation(experiment(StopTime = 0.5, Tolerance = 1e-9));
+end Loop;
+";
+    for version in ["2.0", "3.0"] {
+        let scratch = Scratch::new();
+        build(&scratch, PLANT, version);
+        let text = block(&scratch, &[]);
+        assert!(text.contains("connector bus_variables"), "{text}");
+        scratch.write("loop.hyd", text + LOOP);
+        done(&run(scratch.path(), &["simulate", "loop.hyd", "--model", "Loop", "--result", "r.csv"]));
+        // y' = 1 - 4 y.
+        let (y, wanted) = (value(&last(&scratch, "r.csv"), "plant.bus.y"), 0.25 * (1.0 - f64::exp(-2.0)));
+        assert!((y - wanted).abs() < 1e-7, "{version}: {y} and not {wanted}");
+        let told = run(scratch.path(), &["unit", "case.fmu"]);
+        assert!(told.stdout.contains("connectors\n  bus (Bus): bus.u (signal), bus.y (signal)"), "{}", told.stdout);
+    }
+}
+
 /// A unit with the library of this program runs where the solver is, with the same bits as in a process of its own.
 #[test]
 fn our_own_code_gives_the_same_bits_here_and_there() {
