@@ -54,6 +54,14 @@ pub fn unit_text(
     let mut notes = Vec::new();
     let mut left_out: Vec<&str> = Vec::new();
     for variable in &description.variables {
+        if description.is_start_free(variable) && is_real(variable) {
+            let mut path = path(&variable.name);
+            if let Some(last) = path.last_mut() {
+                *last = identifier(&format!("{}_start", last.trim_matches('\'')));
+            }
+            // Where the name is taken, the unit keeps its own start.
+            insert(&mut tree, &path, &start_value(variable));
+        }
         let named = read.iter().any(|name| *name == *variable.name);
         let declaration = match variable.causality {
             Causality::Parameter => parameter(variable),
@@ -145,6 +153,13 @@ fn parameter(variable: &Variable) -> Option<String> {
     let attributes = if class == "Boolean" { String::new() } else { attributes(variable, &[]) };
     let value = nested(&variable.sizes, &values);
     Some(format!("parameter {class} {NAME}{}{attributes} = {value}{}", sizes(variable), words(variable)))
+}
+
+/// The parameter of a block that a state of the unit begins with.
+fn start_value(variable: &Variable) -> String {
+    let value = variable.start.first().copied().unwrap_or(0.0);
+    let words = print_string(&format!("start value of {}", variable.name));
+    format!("parameter Real {NAME}{} = {value:e} {words} {}", attributes(variable, &[]), marked(variable))
 }
 
 fn declared(prefix: &str, variable: &Variable, further: &[String]) -> String {

@@ -263,6 +263,14 @@ impl Description {
         self.states.iter().map(|state| self.variables[state.state].count()).sum()
     }
 
+    /// True for a state whose start value can be set before a run.
+    pub fn is_start_free(&self, variable: &Variable) -> bool {
+        let is_state = self.states.iter().any(|own| self.variables[own.state].name == variable.name);
+        let is_open = matches!(variable.causality, Causality::Local | Causality::Output);
+        let is_stated = variable.initial == Initial::Exact && variable.start.len() == 1 && variable.sizes.is_empty();
+        is_state && is_open && is_stated
+    }
+
     /// Reads `modelDescription.xml`.
     ///
     /// # Errors
