@@ -190,21 +190,22 @@ const PLANT: &str = "connector Bus \"signals\"
   end Port;
   model Vessel
     Port port;
-    Real v(start = 1, fixed = true);
+    Real v;
   equation
     der(v) = port.q;
     port.p = v;
   end Vessel;
   model Plant
     Bus bus \"what others see\";
-    Vessel a;
-    Vessel b(v(start = 2));
+    Vessel a(v(start = 1, fixed = true));
+    Vessel b;
+    parameter Real m(unit = \"kg\") = 2;
   protected
     Real v(unit = \"m/s\", start = 0, fixed = true);
     Vessel hidden;
   equation
     der(bus.y) = v;
-    2*der(v) = bus.u;
+    m*der(v) = bus.u;
     connect(a.port, b.port);
     connect(b.port, hidden.port);
   initial equation
@@ -217,7 +218,8 @@ fn connectors_become_terminals() {
     for version in ["2.0", "3.0"] {
         let unit = make("terminals", version, PLANT);
         let text = fs::read_to_string(unit.folder.join("terminalsAndIcons/terminalsAndIcons.xml")).expect("written");
-        let shared = if version == "2.0" { "b.port.p" } else { "a.port.p" };
+        // In 3.0 equal variables have one entry, that of the state.
+        let [p, shared] = if version == "2.0" { ["a.port.p", "b.port.p"] } else { ["a.v", "a.v"] };
         let wanted = format!(
             r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiTerminalsAndIcons fmiVersion="3.0">
@@ -227,7 +229,7 @@ fn connectors_become_terminals() {
       <TerminalMemberVariable variableName="bus.y" memberName="y" variableKind="signal"/>
     </Terminal>
     <Terminal name="a.port" matchingRule="none" terminalKind="Port">
-      <TerminalMemberVariable variableName="a.port.p" memberName="p" variableKind="_hyd_potential"/>
+      <TerminalMemberVariable variableName="{p}" memberName="p" variableKind="_hyd_potential"/>
       <TerminalMemberVariable variableName="a.port.q" memberName="q" variableKind="_hyd_inflow"/>
     </Terminal>
     <Terminal name="b.port" matchingRule="none" terminalKind="Port">
