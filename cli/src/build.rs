@@ -125,10 +125,7 @@ impl Prebuilt {
     /// Its bytes; `output` must not be it, nor this program.
     pub(crate) fn read(&self, output: &Path) -> Result<Vec<u8>, Failure> {
         let name = self.name;
-        let path = match std::env::var_os(self.variable).filter(|path| !path.is_empty()) {
-            Some(path) => PathBuf::from(path),
-            None => self.beside_us()?,
-        };
+        let path = self.place()?;
         let own = std::env::current_exe().unwrap_or_default();
         check_target("-o", output, &[&path, &own])?;
         let bytes = std::fs::read(&path)
@@ -139,6 +136,14 @@ impl Prebuilt {
                 "`{}` is not a {name} for this version of hyd; `cargo build --release` builds both again",
                 path.display()
             ))),
+        }
+    }
+
+    /// Where it is: as its variable says, else as for this program.
+    pub(crate) fn place(&self) -> Result<PathBuf, Failure> {
+        match std::env::var_os(self.variable).filter(|path| !path.is_empty()) {
+            Some(path) => Ok(PathBuf::from(path)),
+            None => self.beside_us(),
         }
     }
 

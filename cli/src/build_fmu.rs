@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hyd_compiler::FlatModel;
 use hyd_flat::{BlockId, EVERY_INPUT, Section, Target, VarId, VariableBlock};
-use hyd_fmi::{Bounds, End, Facts, KnownUnit, Parts, Version, describe, identifier, pack, token};
+use hyd_fmi::{Bounds, End, Facts, KnownUnit, MemberKind, Parts, Terminal, Version, describe, identifier, pack, token};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
 use hyd_results::write_whole;
 use hyd_symbolic::Node;
@@ -31,6 +31,11 @@ const LIBRARY: Prebuilt = Prebuilt {
     is_it: executable::is_library,
 };
 
+/// The library that units carry a copy of, where it is at hand.
+pub(crate) fn own_library() -> Option<std::path::PathBuf> {
+    LIBRARY.place().ok()
+}
+
 /// Makes the unit.
 pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failure> {
     let library = LIBRARY.read(&arguments.output)?;
@@ -51,10 +56,16 @@ pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failur
     let inputs: Vec<f64> = payload.structure.inputs.iter().map(|site| start_of(&facts, &payload, &site.name)).collect();
     let bytes = format::write(&payload);
     let known_by = token(&bytes);
-    let description = describe(&payload, &facts, version, &known_by);
-    let description = description.ok_or_else(|| Failure::Fault("a state of the model has no name".to_string()))?;
+    let descriptions = describe(&payload, &facts, version, &known_by);
+    let descriptions = descriptions.ok_or_else(|| Failure::Fault("a state of the model has no name".to_string()))?;
     let name = &payload.tables.model;
-    let parts = Parts { description: &description, library: &library, payload: &bytes, inputs: &inputs };
+    let parts = Parts {
+        description: &descriptions.model,
+        terminals: descriptions.terminals.as_deref(),
+        library: &library,
+        payload: &bytes,
+        inputs: &inputs,
+    };
     let path = &arguments.output;
     let archive = pack(version, name, parts).map_err(|error| not_written(path, &error))?;
     write_whole(path, &archive).map_err(|error| not_written(path, &error))?;
@@ -126,6 +137,7 @@ fn facts(flat: &FlatModel, payload: &Model) -> Result<Facts, Failure> {
     for (variable, element, value) in input_starts(flat, &positions) {
         facts.bounds.entry((variable, element)).or_default().start = Some(value);
     }
+    facts.terminals = terminals(flat, &positions);
     for info in &payload.tables.variables {
         for unit in [&info.unit, &info.display_unit].into_iter().filter(|unit| !unit.is_empty()) {
             if let Ok(known) = hyd_units::parse_unit(unit) {
@@ -147,6 +159,36 @@ fn positions(flat: &FlatModel, payload: &Model) -> BTreeMap<BlockId, usize> {
         named.filter(|(_, info)| !info.sources.is_empty()).map(|(k, info)| (info.name.element(0), k)).collect();
     let blocks = flat.variables.iter_enumerated().filter(|(_, block)| block.count > 0);
     blocks.filter_map(|(id, block)| Some((id, *by_name.get(&block.name.element(0))?))).collect()
+}
+
+/// Connectors, element by element where they are arrays.
+fn terminals(flat: &FlatModel, positions: &BTreeMap<BlockId, usize>) -> Vec<Terminal> {
+    let kind = |kind| match kind {
+        hyd_flat::MemberKind::Signal => MemberKind::Signal,
+        hyd_flat::MemberKind::Potential => MemberKind::Potential,
+        hyd_flat::MemberKind::Flow => MemberKind::Flow,
+        hyd_flat::MemberKind::Stream => MemberKind::Stream,
+    };
+    let mut found = Vec::new();
+    for terminal in &flat.terminals {
+        let count = terminal.name.count();
+        for k in 0..count {
+            let mut members = Vec::new();
+            for &(block, member) in &terminal.members {
+                let Some(&variable) = positions.get(&block) else { continue };
+                let each = flat.variables[block].count as usize / count;
+                members.extend((k * each..(k + 1) * each).map(|element| ((variable, element), kind(member))));
+            }
+            found.push(Terminal {
+                name: terminal.name.element(k),
+                class: terminal.class.to_string(),
+                description: terminal.description.as_deref().unwrap_or_default().to_string(),
+                outside: terminal.outside,
+                members,
+            });
+        }
+    }
+    found
 }
 
 fn bounds(block: &VariableBlock, variable: usize, facts: &mut Facts) {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use hyd_compiler::did_you_mean;
-use hyd_fmi_import::{Causality, Changes, Description, Kind, Unit, Variable, Version};
+use hyd_fmi_import::{Causality, Changes, Description, Kind, Member, Unit, Variable, Version};
 use hyd_results::write_whole;
 use hyd_verbs::unit::is_unit;
 use hyd_verbs::unit_text::{Purpose, unit_text};
@@ -113,14 +113,25 @@ fn told(description: &Description) -> String {
             let _ = writeln!(text, "{}", line.trim_end());
         }
     }
-    if !description.terminals.is_empty() {
-        let _ = writeln!(text, "\nconnectors");
-        for terminal in &description.terminals {
+    for (title, outside) in [("connectors", true), ("connectors of components within", false)] {
+        let list: Vec<_> = description.terminals.iter().filter(|own| (own.rule != "none") == outside).collect();
+        if list.is_empty() {
+            continue;
+        }
+        let _ = writeln!(text, "\n{title}");
+        for terminal in list {
             let kind = if terminal.kind.is_empty() { String::new() } else { format!(" ({})", terminal.kind) };
-            let _ = writeln!(text, "  {}{kind}: {}", terminal.name, terminal.variables.join(", "));
+            let members: Vec<String> = terminal.members.iter().map(member).collect();
+            let _ = writeln!(text, "  {}{kind}: {}", terminal.name, members.join(", "));
         }
     }
     text
+}
+
+/// A variable of a connector, with what it is there.
+fn member(member: &Member) -> String {
+    let kind = member.kind.trim_start_matches("_hyd_");
+    if kind.is_empty() { member.variable.clone() } else { format!("{} ({kind})", member.variable) }
 }
 
 /// The name of a variable with its sizes.
@@ -151,8 +162,12 @@ fn data(description: &Description) -> Value {
             "description": &*own.description,
         })
     };
-    let terminal =
-        |own: &hyd_fmi_import::Terminal| json!({"name": own.name, "kind": own.kind, "variables": own.variables});
+    let member = |own: &Member| json!({"variable": own.variable, "name": own.name, "kind": own.kind});
+    let terminal = |own: &hyd_fmi_import::Terminal| {
+        let members: Vec<Value> = own.members.iter().map(member).collect();
+        let variables: Vec<&str> = own.members.iter().map(|member| member.variable.as_str()).collect();
+        json!({"name": own.name, "kind": own.kind, "rule": own.rule, "variables": variables, "members": members})
+    };
     json!({
         "model": &*description.model,
         "version": version(description),

@@ -55,7 +55,8 @@ pub(crate) fn host(patience: Option<f64>) -> Result<Host, Failure> {
     let patience = positive.ok_or_else(wrong)?;
     let program = std::env::current_exe();
     let program = program.map_err(|error| Failure::Fault(format!("this program cannot find its own file: {error}")))?;
-    Ok(Host { program, arguments: vec![SERVE.into()], patience, interrupted: interrupt::requested })
+    let own = crate::build_fmu::own_library();
+    Ok(Host { program, arguments: vec![SERVE.into()], patience, interrupted: interrupt::requested, own })
 }
 
 /// Runs the unit.

@@ -12,6 +12,8 @@ use crate::facts::Version;
 pub const PAYLOAD: &str = "model.hyd";
 /// The file below `resources` that holds what inputs are before anybody has said so: a number of eight bytes, low ones first, for each.
 pub const INPUTS: &str = "inputs.hyd";
+/// The list of connectors.
+const TERMINALS: &str = "terminalsAndIcons/terminalsAndIcons.xml";
 /// Enough for code; more takes longer than the rest of the translation.
 const LEVEL: i64 = 5;
 
@@ -20,6 +22,8 @@ const LEVEL: i64 = 5;
 pub struct Parts<'a> {
     /// The description.
     pub description: &'a [u8],
+    /// The list of connectors, if there are any.
+    pub terminals: Option<&'a [u8]>,
     /// The library for this machine.
     pub library: &'a [u8],
     /// The payload.
@@ -79,13 +83,14 @@ pub fn pack(version: Version, model: &str, parts: Parts<'_>) -> io::Result<Vec<u
     let library = format!("binaries/{folder}/{}.{ending}", identifier(model));
     let inputs: Vec<u8> = parts.inputs.iter().flat_map(|value| value.to_le_bytes()).collect();
     let names = [PAYLOAD, INPUTS].map(|file| format!("resources/{file}"));
+    let terminals = parts.terminals.map(|bytes| (TERMINALS, bytes, 0o644));
     let files: [(&str, &[u8], u32); 4] = [
         ("modelDescription.xml", parts.description, 0o644),
         (library.as_str(), parts.library, 0o755),
         (&names[0], parts.payload, 0o644),
         (&names[1], &inputs, 0o644),
     ];
-    for (name, bytes, mode) in files {
+    for (name, bytes, mode) in files.into_iter().chain(terminals) {
         archive.start_file(name, options.unix_permissions(mode))?;
         archive.write_all(bytes)?;
     }

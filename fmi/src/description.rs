@@ -1,4 +1,4 @@
-//! The description of a model: `modelDescription.xml` of both versions.
+//! The description of a model: `modelDescription.xml` of both versions, and the list of its connectors.
 //!
 //! Source: Functional Mock-up Interface 2.0.4, sections 2.2, 3.3, 4.3; 3.0.2, sections 2.4, 3.3, 4.3.  One list of variables serves both;
 //! what differs is how an element is called and how others are referred to: by position in 2.0, by number in 3.0.
@@ -12,7 +12,8 @@ use hyd_system::ValueKind;
 use crate::archive::identifier;
 use crate::catalogue::Catalogue;
 use crate::dependencies;
-use crate::facts::{Facts, Version};
+use crate::facts::{Facts, MemberKind, Version};
+use crate::terminals::{self, Names};
 use crate::units::Units;
 use crate::variables::{Causality, Entry, Variables};
 use crate::xml::{Attributes, Document, list, number};
@@ -27,9 +28,18 @@ const CATEGORIES: [(&str, &str); 3] = [
 /// Literals of an enumeration.
 type Literals = Arc<[Arc<str>]>;
 
-/// The description of a model.  `token`: what the library is to know the unit by.  None where states have no names, which a model of
+/// What is written on a model.
+#[derive(Clone, Debug)]
+pub struct Descriptions {
+    /// `modelDescription.xml`
+    pub model: Vec<u8>,
+    /// `terminalsAndIcons.xml`, where the model has connectors.
+    pub terminals: Option<Vec<u8>>,
+}
+
+/// The descriptions of a model.  `token`: what the library is to know the unit by.  None where states have no names, which a model of
 /// this program always has.
-pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> Option<Vec<u8>> {
+pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> Option<Descriptions> {
     let catalogue = Catalogue::new(model)?;
     let mut variables = Variables::new(model, facts, &catalogue, version)?;
     let units = Units::of(&mut variables.entries, facts);
@@ -69,7 +79,26 @@ pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> 
         });
         writer.structure(document);
     });
-    Some(document.finish())
+    let written = names_of_members(model, facts, &catalogue, version);
+    let names = Names::new(&variables.entries, &written);
+    Some(Descriptions { model: document.finish(), terminals: terminals::write(facts, version, &names) })
+}
+
+/// The names of the variables that connectors have; elements of an array that is one variable have its name.
+fn names_of_members(
+    model: &Model,
+    facts: &Facts,
+    catalogue: &Catalogue,
+    version: Version,
+) -> BTreeMap<(usize, usize), String> {
+    let members = facts.terminals.iter().flat_map(|terminal| &terminal.members);
+    let name = |&((variable, element), _): &((usize, usize), MemberKind)| {
+        let pattern = &model.tables.variables.get(variable)?.name;
+        let whole = version == Version::Three && catalogue.is_array(variable);
+        let name = if whole { pattern.parts[0].0.to_string() } else { pattern.element(element) };
+        Some(((variable, element), name))
+    };
+    members.filter_map(name).collect()
 }
 
 struct Description<'a> {

@@ -54,6 +54,34 @@ pub struct KnownUnit {
     pub offset: f64,
 }
 
+/// How a variable of a connector behaves where connectors are joined.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MemberKind {
+    /// An input or output.
+    Signal,
+    /// Equal in all that are joined.
+    Potential,
+    /// Adds up to zero; positive into the unit.
+    Flow,
+    /// Carried by the flow.
+    Stream,
+}
+
+/// A connector.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Terminal {
+    /// Its name.
+    pub name: String,
+    /// The class of connectors that it is of.
+    pub class: String,
+    /// Description; may be empty.
+    pub description: String,
+    /// It lies outside, and is not one of a component within.
+    pub outside: bool,
+    /// Its variables: variable and element of the tables, and what it is in the connector.
+    pub members: Vec<((usize, usize), MemberKind)>,
+}
+
 /// What the payload does not say.
 #[derive(Clone, Debug, Default)]
 pub struct Facts {
@@ -65,6 +93,8 @@ pub struct Facts {
     pub units: BTreeMap<String, KnownUnit>,
     /// Values of all parameters, as the tables address them.
     pub parameters: Vec<f64>,
+    /// Connectors in the order of the text.
+    pub terminals: Vec<Terminal>,
     /// The program that makes the unit.
     pub tool: String,
 }

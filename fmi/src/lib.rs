@@ -2,7 +2,7 @@
 //!
 //! A unit is an archive: a description of the model as XML, a shared library and what the library needs.  The library is prebuilt and
 //! the same for all models; it reads the payload of the model from the folder `resources`.  Here stands what both sides share: which number names
-//! which variable ([`Catalogue`]), and what only the maker needs: the description ([`describe`]) and the archive ([`pack`]).
+//! which variable ([`Catalogue`]), and what only the maker needs: the descriptions ([`describe`]) and the archive ([`pack`]).
 //! Nothing is known of texts of models, of their translation or of how they are solved.
 
 mod archive;
@@ -10,11 +10,12 @@ mod catalogue;
 mod dependencies;
 mod description;
 mod facts;
+mod terminals;
 mod units;
 mod variables;
 mod xml;
 
 pub use archive::{INPUTS, PAYLOAD, Parts, identifier, pack, token};
 pub use catalogue::{Catalogue, Meaning, TIME};
-pub use description::describe;
-pub use facts::{Bounds, End, Facts, KnownUnit, Version};
+pub use description::{Descriptions, describe};
+pub use facts::{Bounds, End, Facts, KnownUnit, MemberKind, Terminal, Version};

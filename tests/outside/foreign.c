@@ -88,6 +88,7 @@ Status fmi2SetReal(Component c, const Reference r[], size_t n, const double v[])
     Unit *unit = c;
     for (size_t i = 0; i < n; i++)
         switch (r[i]) {
+        case 0: unit->x = v[i]; break;
         case 2: unit->k = v[i]; break;
         case 3: unit->u = v[i]; break;
         default: return ERROR;

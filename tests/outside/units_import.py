@@ -124,6 +124,24 @@ def check_foreign(path):
     assert simulate(path, "--set", f"trouble={TROUBLES.index('prints')}", "--stop", "0.6").shape[0] > 50
 
 
+def check_start(path):
+    """The start value of a state is a parameter of the unit's block: the first turn comes at ln(2 x_start)."""
+    block = WORK / "Foreign.hyd"
+    block.unlink(missing_ok=True)
+    subprocess.run([HYD, "unit", path, "-o", block], check=True, stdout=subprocess.DEVNULL)
+    top = WORK / "started.hyd"
+    top.write_text("model Started\n  Foreign a(x_start = 0.8);\n  Foreign b;\nequation\n  a.u = 0;\n  b.u = 0;\nend Started;\n")
+    for value in (0.8, 0.7):
+        rows = simulate(top, "--library", WORK, "--stop", "0.6", "--tolerance", "1e-9", "--set", f"a.x_start={value}")
+        for name, start in (("a.x", value), ("b.x", 1.0)):
+            t, x = rows["time"].to_numpy(dtype=float), rows[name].to_numpy(dtype=float)
+            turn = math.log(2 * start)
+            wanted = np.where(t < turn, start * np.exp(-t), np.exp(turn - t))
+            clear = np.abs(t - turn) > 1e-5
+            far = np.max(np.abs(x - wanted)[clear])
+            assert far < 1e-6, f"{name} from {start}: {far}"
+
+
 def check_trouble(path):
     """What a unit does wrong is a message with its name and the function, and ends in order."""
     def told(trouble, *words, kind="model-exchange", code=1, options=()):
@@ -233,10 +251,11 @@ def main():
     else:
         path, description = foreign()
         check_foreign(path)
+        check_start(path)
         check_trouble(path)
         check_interruption(path)
         check_messages(path, description)
-        print("  the unit in C: events, crashes, hangs, interruption, messages", flush=True)
+        print("  the unit in C: events, start values, crashes, hangs, interruption, messages", flush=True)
     for model in OWN:
         if model.stem not in WITHOUT_END and (not ONLY or model.stem in ONLY):
             check_given_back(model, model.stem)

@@ -68,7 +68,9 @@ pub struct UnitUse {
     pub kind: &'static str,
     /// Distance of communication points (s), in co-simulation.
     pub step: Option<f64>,
-    /// Questions to its process.
+    /// It runs in a process of its own, as all code of others does.
+    pub own_process: bool,
+    /// Questions to it.
     pub calls: u64,
 }
 
@@ -219,7 +221,8 @@ impl RunSummary {
         let tool = if unit.tool.is_empty() { String::new() } else { format!(" by {}", unit.tool) };
         let kind =
             if unit.step.is_some() { "co-simulation".to_string() } else { format!("model exchange, {states} states") };
-        writeln!(out, "  unit of FMI {}{tool}; {kind}; {} calls of its process", unit.version, unit.calls)
+        let place = if unit.own_process { " of its process" } else { "" };
+        writeln!(out, "  unit of FMI {}{tool}; {kind}; {} calls{place}", unit.version, unit.calls)
     }
 
     /// Times, files and values.

@@ -135,17 +135,22 @@ fn wired(path: &Path, unit: &Unit, block: &ForeignBlock) -> Result<Wiring, Failu
     })
 }
 
+/// Says whether a variable can be what a name stands for.
+type Wanted<'a> = dyn Fn(&Variable) -> bool + 'a;
+
 /// Refuses names that the unit does not have.
 fn check(unit: &Unit, block: &ForeignBlock) -> Result<(), String> {
-    type Wanted = fn(&Variable) -> bool;
-    let is_input: Wanted = |own| own.causality == Causality::Input;
-    let is_parameter: Wanted = |own| matches!(own.causality, Causality::Parameter | Causality::Input);
-    let is_computed: Wanted =
-        |own| matches!(own.causality, Causality::Output | Causality::Local | Causality::Independent);
+    let is_input = |own: &Variable| own.causality == Causality::Input;
+    let is_set = |own: &Variable| {
+        matches!(own.causality, Causality::Parameter | Causality::Input) || unit.description.is_start_free(own)
+    };
+    let is_computed =
+        |own: &Variable| matches!(own.causality, Causality::Output | Causality::Local | Causality::Independent);
+    let (is_input, is_set, is_computed): (&Wanted<'_>, &Wanted<'_>, &Wanted<'_>) = (&is_input, &is_set, &is_computed);
     for (pairs, what, wanted) in [
         (&block.inputs, "input", is_input),
         (&block.outputs, "variable that it computes", is_computed),
-        (&block.parameters, "parameter that can be set", is_parameter),
+        (&block.parameters, "parameter that can be set", is_set),
     ] {
         if pairs.is_empty() {
             continue;

@@ -50,12 +50,6 @@ pub fn next(
     listener: &dyn Listener,
 ) -> Result<Next, Failure> {
     let setup = &opened.setup;
-    if opened.unit.is_some() {
-        return Err(Failure::Fault(format!(
-            "`{}` is a unit of another tool, and its insides cannot be looked at: shots are proposed for texts of models",
-            opened.model_file.display()
-        )));
-    }
     let vary = options.vary.iter().map(|text| Wish::range(text)).collect::<Result<_, _>>();
     let wish =
         Wish { vary: vary.map_err(|fault| Failure::Usage(fault.sentence))?, shots: options.shots, like: options.like };

@@ -97,6 +97,9 @@ pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, F
         for sentence in unit.notes.iter().chain(&text.notes) {
             listener.sentence(Severity::Warning, sentence);
         }
+        if let Some(sentence) = study_unit::connectors(&unit, &study) {
+            listener.sentence(Severity::Note, &sentence);
+        }
         units.keep(model_file.clone(), unit);
         (class, opaque) = (text.class, Some(Opaque { moved: text.moved }));
         text.text

@@ -54,6 +54,41 @@ pub(crate) fn text(file: &Path, unit: &Unit, class: &str, study: &mut Study) -> 
     Ok(unit_text(description, &name, Purpose::Bench, (&read, &study.shots.trigger_moves)))
 }
 
+/// What a search makes of the connectors that the unit describes, in a sentence; none where there are none.
+pub(crate) fn connectors(unit: &Unit, study: &Study) -> Option<String> {
+    let description = &unit.description;
+    let causality = |name: &str| description.variables.iter().find(|own| *own.name == *name).map(|own| own.causality);
+    let shown = |name: &str| {
+        let written = written_name(name);
+        let has = |expression: &str| {
+            *expression == *written || in_text(expression, &description.variables).1.iter().any(|own| own == name)
+        };
+        study.channels.iter().find(|(_, own)| has(&own.variable)).map(|(channel, _)| channel.clone())
+    };
+    let mut sentences = Vec::new();
+    for terminal in &description.terminals {
+        let mut uses = Vec::new();
+        for member in &terminal.members {
+            let name = &member.variable;
+            match (causality(name), shown(name)) {
+                (Some(Causality::Input), _) => uses.push(format!("what comes in as `{name}`")),
+                (_, Some(channel)) => uses.push(format!("`{name}`, which channel {channel} shows")),
+                _ => {}
+            }
+        }
+        if !uses.is_empty() {
+            sentences.push(format!("`{}`: {}", terminal.name, uses.join(" and ")));
+        }
+    }
+    match (description.terminals.len(), sentences.as_slice()) {
+        (0, _) => None,
+        (count, []) => Some(format!(
+            "none of the {count} connectors of the unit is given or shown anything, so nothing is searched there"
+        )),
+        (_, own) => Some(format!("connectors of the unit at which effects are searched: {}", own.join("; "))),
+    }
+}
+
 /// An expression with the names of a unit written as its text has them, and these names.
 fn in_text(expression: &str, variables: &[Variable]) -> (String, Vec<String>) {
     let whole = expression.trim();

@@ -185,6 +185,7 @@ impl UnitRun<'_> {
             tool: description.tool.clone(),
             kind: if kind == Kind::ModelExchange { "model-exchange" } else { "co-simulation" },
             step,
+            own_process: true,
             calls: 0,
         };
         Facts {
@@ -216,6 +217,7 @@ impl UnitRun<'_> {
         let mut outcome = hyd_run::simulate(&mut system, self.arguments, &options, facts, beside)?;
         if let Some(used) = &mut outcome.summary.unit {
             used.calls = system.counts().calls;
+            used.own_process = system.is_apart();
         }
         let fault = system.fault().cloned();
         Ok(UnitOutcome { outcome, fault })

@@ -4,6 +4,7 @@
 //! A name that is none in Modelica (`x[2].a`, `1st`) is written in quotes.  Each declaration says which variable of the unit it is, and the
 //! class where the unit lies; nothing else of the text is known to the tool, so users may leave out and rename.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use hyd_compiler::print_string;
@@ -53,6 +54,14 @@ pub fn unit_text(
     let mut notes = Vec::new();
     let mut left_out: Vec<&str> = Vec::new();
     for variable in &description.variables {
+        if description.is_start_free(variable) && is_real(variable) {
+            let mut path = path(&variable.name);
+            if let Some(last) = path.last_mut() {
+                *last = identifier(&format!("{}_start", last.trim_matches('\'')));
+            }
+            // Where the name is taken, the unit keeps its own start.
+            insert(&mut tree, &path, &start_value(variable));
+        }
         let named = read.iter().any(|name| *name == *variable.name);
         let declaration = match variable.causality {
             Causality::Parameter => parameter(variable),
@@ -116,7 +125,7 @@ pub fn unit_text(
         description.description.clone()
     };
     let mut text = format!("{kind} {class} {}\n", print_string(&words));
-    print(&tree, 1, &mut text);
+    print(&tree, "", &connectors(description, read), &mut text);
     let _ = writeln!(text, "  annotation(__hyd(unit(file = {})){});", print_string(file), experiment(description));
     let _ = writeln!(text, "end {class};");
     UnitText { text, class, moved, notes }
@@ -144,6 +153,13 @@ fn parameter(variable: &Variable) -> Option<String> {
     let attributes = if class == "Boolean" { String::new() } else { attributes(variable, &[]) };
     let value = nested(&variable.sizes, &values);
     Some(format!("parameter {class} {NAME}{}{attributes} = {value}{}", sizes(variable), words(variable)))
+}
+
+/// The parameter of a block that a state of the unit begins with.
+fn start_value(variable: &Variable) -> String {
+    let value = variable.start.first().copied().unwrap_or(0.0);
+    let words = print_string(&format!("start value of {}", variable.name));
+    format!("parameter Real {NAME}{} = {value:e} {words} {}", attributes(variable, &[]), marked(variable))
 }
 
 fn declared(prefix: &str, variable: &Variable, further: &[String]) -> String {
@@ -261,8 +277,30 @@ fn insert(tree: &mut Vec<(String, Node)>, path: &[String], declaration: &str) ->
     }
 }
 
-fn print(tree: &[(String, Node)], depth: usize, text: &mut String) {
-    let indent = "  ".repeat(depth);
+/// Components of the text that are connectors: what the unit describes as such, if all that is in it goes in or comes out.
+fn connectors(description: &Description, read: &[String]) -> BTreeSet<String> {
+    let directed = |name: &str| {
+        let of = |own: &&Variable| *own.name == *name && is_real(own);
+        let variable = description.variables.iter().find(of);
+        variable.is_some_and(|own| matches!(own.causality, Causality::Input | Causality::Output))
+    };
+    let whole = |terminal: &&hyd_fmi_import::Terminal| {
+        let begin = format!("{}.", terminal.name);
+        let mut others = description.variables.iter().filter(|own| own.name.starts_with(&begin));
+        let lists = |name: &str| terminal.members.iter().any(|member| member.variable == name);
+        terminal.rule != "none"
+            && !terminal.members.is_empty()
+            && terminal.members.iter().all(|member| member.variable.starts_with(&begin) && directed(&member.variable))
+            && others.all(|own| {
+                lists(&own.name) || own.causality == Causality::Local && !read.iter().any(|name| *name == *own.name)
+            })
+    };
+    description.terminals.iter().filter(whole).map(|terminal| terminal.name.clone()).collect()
+}
+
+/// `place`: the component that the tree stands in, with a dot behind it; empty for the class itself.
+fn print(tree: &[(String, Node)], place: &str, connectors: &BTreeSet<String>, text: &mut String) {
+    let indent = "  ".repeat(1 + place.matches('.').count());
     for (name, node) in tree {
         match node {
             Node::Leaf(declaration) => {
@@ -271,8 +309,10 @@ fn print(tree: &[(String, Node)], depth: usize, text: &mut String) {
             }
             Node::Inner(inner) => {
                 let class = free(&format!("{name}_variables"), tree);
-                let _ = writeln!(text, "{indent}model {class}");
-                print(inner, depth + 1, text);
+                let path = format!("{place}{name}");
+                let kind = if connectors.contains(&path) { "connector" } else { "model" };
+                let _ = writeln!(text, "{indent}{kind} {class}");
+                print(inner, &format!("{path}."), connectors, text);
                 let _ = writeln!(text, "{indent}end {class};\n{indent}{class} {name};");
             }
         }

@@ -106,6 +106,7 @@ impl<'t, 's> Flattener<'t, 's> {
         self.connect_all();
         self.equality_constraints();
         self.note_potentials();
+        self.note_terminals();
         self.note_gaps();
         self.check_ends();
         self.balance_components(bindings, sections);

@@ -221,6 +221,34 @@ pub struct Potential {
     pub open: bool,
 }
 
+/// How a variable of a connector behaves where connectors are joined.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MemberKind {
+    /// An input or output.
+    Signal,
+    /// Equal in all that are joined.
+    Potential,
+    /// Adds up to zero; positive into the component.
+    Flow,
+    /// Carried by the flow.
+    Stream,
+}
+
+/// A connector of the model itself, or a physical one of its public components.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Terminal {
+    /// Name with subscripts.
+    pub name: NamePattern,
+    /// Full name of its class.
+    pub class: Arc<str>,
+    /// Description string.
+    pub description: Option<Arc<str>>,
+    /// A connector of the model itself, and so one that a model around it can connect.
+    pub outside: bool,
+    /// Its variables in the order of the text.
+    pub members: Vec<(BlockId, MemberKind)>,
+}
+
 /// Where a component and an equation can be put into the text of the model itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Gaps {
@@ -367,6 +395,8 @@ pub struct FlatModel {
     pub potentials: Vec<Potential>,
     /// Their flows.
     pub flows: Vec<BlockId>,
+    /// Connectors that can be seen from outside, in the order of the text.
+    pub terminals: Vec<Terminal>,
     /// Where the text of the model can be added to; none where it has no declarations or no equations of its own.
     pub gaps: Option<Gaps>,
 }

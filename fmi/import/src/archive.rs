@@ -66,9 +66,7 @@ impl Unit {
         let mut description = Description::read(&bytes)?;
         check_libraries(&description, &entries)?;
         let mut notes = Vec::new();
-        if description.version == Version::Three
-            && let Some(bytes) = whole(archive, TERMINALS)?
-        {
+        if let Some(bytes) = whole(archive, TERMINALS)? {
             match terminals::read(&bytes) {
                 Ok(terminals) => description.terminals = terminals,
                 Err(fault) => notes.push(format!("connectors of the unit are not known: {fault}")),

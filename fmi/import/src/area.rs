@@ -1,4 +1,4 @@
-//! Memory that two processes see: a file that both map, as words of eight bytes.
+//! Memory that two processes see: a file that both map, as words of eight bytes; or one that a single process asks itself by.
 //!
 //! Every access is atomic, so that nothing the other process does can break a rule of this one; ordering comes from the two numbers of
 //! request and answer.  The other process may write what it likes: what is read here is data, and lengths are checked.
@@ -10,7 +10,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use memmap2::MmapRaw;
+use memmap2::{MmapOptions, MmapRaw};
 
 use crate::folder::unused;
 
@@ -55,6 +55,13 @@ impl Area {
                 Err(error)
             }
         }
+    }
+
+    /// One that nobody else sees.
+    pub(crate) fn private(data: usize) -> io::Result<Self> {
+        let words = DATA + data;
+        let map = MmapOptions::new().len(8 * words).map_anon()?;
+        Ok(Self { map: map.into(), words })
     }
 
     /// Opens one that the other process has made.

@@ -209,8 +209,21 @@ pub struct Terminal {
     pub name: String,
     /// What kind of connector it is, by the words of the tool that made it.
     pub kind: String,
-    /// Names of its variables.
-    pub variables: Vec<String>,
+    /// How it is to be matched with others: `plug`, `bus`, `sequence`, or `none` where that is not intended.
+    pub rule: String,
+    /// Its variables.
+    pub members: Vec<Member>,
+}
+
+/// A variable of a connector.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Member {
+    /// Name of the variable.
+    pub variable: String,
+    /// Its name in the connector; empty where the connector is nothing else.
+    pub name: String,
+    /// What it is there: `signal`, `inflow`, `outflow`, or a word of the tool that made the unit.
+    pub kind: String,
 }
 
 /// What a unit says of itself.
@@ -248,6 +261,14 @@ impl Description {
     /// Number of continuous states.
     pub fn state_count(&self) -> usize {
         self.states.iter().map(|state| self.variables[state.state].count()).sum()
+    }
+
+    /// True for a state whose start value can be set before a run.
+    pub fn is_start_free(&self, variable: &Variable) -> bool {
+        let is_state = self.states.iter().any(|own| self.variables[own.state].name == variable.name);
+        let is_open = matches!(variable.causality, Causality::Local | Causality::Output);
+        let is_stated = variable.initial == Initial::Exact && variable.start.len() == 1 && variable.sizes.is_empty();
+        is_state && is_open && is_stated
     }
 
     /// Reads `modelDescription.xml`.

@@ -28,6 +28,8 @@ pub(crate) struct Driver {
     begin: Begin,
     pub(crate) parameters: Vec<f64>,
     pub(crate) texts: Vec<(u32, CString)>,
+    /// Start values of states that a run may begin with in place of the unit's own.
+    starts: Vec<(Group, Option<f64>)>,
     /// Number of followers that change always; the others follow them.
     pub(crate) continuous: usize,
     pub(crate) input_values: Vec<f64>,
@@ -91,7 +93,11 @@ impl Driver {
             watched: part.map_or_else(Vec::new, |watched| watched.groups.clone()),
             colours,
         };
-        let room = TEXTS + 2 * layout.values.len() + 8 * layout.settings.len() + layout.followers.len();
+        let room = TEXTS
+            + 8 * description.state_count()
+            + 2 * layout.values.len()
+            + 8 * layout.settings.len()
+            + layout.followers.len();
         let (file, folder) = (unit.file.clone(), Arc::clone(&unit.folder));
         let begin = Begin { host: host.clone(), file, folder, setup, room };
         let remote = begin.remote()?;
@@ -99,6 +105,7 @@ impl Driver {
             begin,
             parameters: layout.values.clone(),
             texts: Vec::new(),
+            starts: Vec::new(),
             continuous: values_of(&layout.inputs),
             input_values: vec![0.0; layout.followers.len()],
             layout,
@@ -136,6 +143,21 @@ impl Driver {
         Some(())
     }
 
+    /// Where the start value of a state is set from now on; none where the unit has no state of that name, or finds its start by itself.
+    pub(crate) fn start_of(&mut self, name: &str) -> Option<usize> {
+        let variable = self.description.variables.iter().find(|variable| *variable.name == *name)?;
+        let number = variable.number(self.description.version).filter(|_| self.description.is_start_free(variable))?;
+        self.starts.push((Group { number, references: vec![variable.reference], values: 1 }, None));
+        Some(self.starts.len() - 1)
+    }
+
+    /// Sets a start value by its position; that of the unit itself leaves it alone.
+    pub(crate) fn set_start(&mut self, position: usize, value: f64) {
+        let Some((group, start)) = self.starts.get_mut(position) else { return };
+        let own = self.description.variables.iter().find(|own| group.references == [own.reference]);
+        *start = (value.is_finite() && own.is_none_or(|own| own.start != [value])).then_some(value);
+    }
+
     /// The first parameter that was set to a value outside its limits, as a sentence.
     pub(crate) fn outside(&self) -> Option<String> {
         let set = self.layout.settings.iter().filter(|setting| setting.is_set);
@@ -169,6 +191,8 @@ impl Driver {
             let group = Group { number: setting.number, references: vec![variable.reference], values: setting.count };
             values.push((group, own));
         }
+        let starts = self.starts.iter().filter_map(|(group, value)| Some((group.clone(), vec![(*value)?])));
+        values.extend(starts);
         for follower in &mut self.layout.followers {
             follower.start(t0)?;
         }

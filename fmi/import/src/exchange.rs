@@ -107,6 +107,16 @@ impl Exchange {
         self.driver.set_text(name, text)
     }
 
+    /// See [`Driver::start_of`].
+    pub(crate) fn start_of(&mut self, name: &str) -> Option<usize> {
+        self.driver.start_of(name)
+    }
+
+    /// See [`Driver::set_start`].
+    pub(crate) fn set_start(&mut self, position: usize, value: f64) {
+        self.driver.set_start(position, value);
+    }
+
     /// The first parameter that was set to a value outside its limits, as a sentence.
     pub fn outside(&self) -> Option<String> {
         self.driver.outside()
@@ -120,6 +130,11 @@ impl Exchange {
     /// What the unit has been asked.
     pub fn counts(&self) -> Counts {
         self.driver.remote.counts()
+    }
+
+    /// True if it runs in a process of its own.
+    pub fn is_apart(&self) -> bool {
+        self.driver.remote.is_far()
     }
 
     /// Sentences on what no use is made of.

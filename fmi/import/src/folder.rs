@@ -3,6 +3,7 @@
 use std::fs::DirBuilder;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -11,7 +12,11 @@ const ATTEMPTS: u32 = 100;
 
 /// The folder.
 #[derive(Debug)]
-pub(crate) struct Folder(PathBuf);
+pub(crate) struct Folder {
+    path: PathBuf,
+    /// The library in it is the one that this program puts into units; filled where that is asked.
+    pub(crate) is_own: OnceLock<bool>,
+}
 
 impl Folder {
     /// Makes one below the folder of temporary files that only this user can enter.
@@ -22,17 +27,17 @@ impl Folder {
             std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
             builder.create(path)
         })?;
-        Ok(Self(path.0))
+        Ok(Self { path: path.0, is_own: OnceLock::new() })
     }
 
     pub(crate) fn path(&self) -> &Path {
-        &self.0
+        &self.path
     }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
+        let _ = std::fs::remove_dir_all(&self.path);
     }
 }
 

@@ -1,9 +1,10 @@
 //! What both versions of the interface have in common as this program uses them: calls, how they end, what the unit says meanwhile.
 //!
-//! This and what stands on it runs in the process of the unit alone.
+//! This and what stands on it runs in the process of the unit; for units of our own in that of the solver, several at a time.
 
 use std::ffi::{CStr, CString, c_char};
 use std::sync::{Arc, Mutex, OnceLock};
+use std::thread::ThreadId;
 
 use crate::area::{Area, CALL};
 use crate::description::Number;
@@ -63,7 +64,7 @@ pub(crate) trait Foreign {
 }
 
 static AREA: OnceLock<Arc<Area>> = OnceLock::new();
-static MESSAGES: Mutex<Vec<String>> = Mutex::new(Vec::new());
+static MESSAGES: Mutex<Vec<(ThreadId, String)>> = Mutex::new(Vec::new());
 
 /// From now on the other process can see which function runs.
 pub(crate) fn announce_in(area: &Arc<Area>) {
@@ -132,13 +133,16 @@ pub(crate) fn keep(status: i32, text: &str) {
             messages.remove(0);
         }
         let end = text.char_indices().nth(LONGEST_MESSAGE).map_or(text.len(), |(end, _)| end);
-        messages.push(text[..end].to_string());
+        messages.push((std::thread::current().id(), text[..end].to_string()));
     }
 }
 
-/// The messages since the last question.
+/// The messages since the last question: in the process of a unit all of them, else those of this thread.
 pub(crate) fn messages() -> Vec<String> {
-    MESSAGES.lock().map(|mut messages| std::mem::take(&mut *messages)).unwrap_or_default()
+    let own = AREA.get().is_none().then(|| std::thread::current().id());
+    let Ok(mut messages) = MESSAGES.lock() else { return Vec::new() };
+    let asked = messages.extract_if(.., |(thread, _)| own.is_none_or(|own| *thread == own));
+    asked.map(|(_, text)| text).collect()
 }
 
 /// A text that C gives; empty where there is none.

@@ -1,10 +1,13 @@
 //! The side of the solver: begins the process of a unit, asks it, and says what became of it.
 //!
+//! Code that is not foreign needs no process: a unit for model exchange with the library that this program itself puts into units is asked here,
+//! in the same words.
+//!
 //! A unit that crashes, hangs or ends itself leaves a sentence with its name and the function that ran; every later question gets the same
 //! answer at once.  Questions of a solver allocate nothing.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,6 +18,8 @@ use crate::description::Version;
 use crate::fault::Fault;
 use crate::folder::Folder;
 use crate::protocol::{Operation, Setup, Status};
+use crate::session::Session;
+use crate::worker::perform;
 use crate::{fmi2, fmi3};
 
 /// How often a waiting process asks whether it should go on waiting.
@@ -37,6 +42,20 @@ pub struct Host {
     pub patience: Duration,
     /// Asked while a call takes its time; true gives it up.
     pub interrupted: fn() -> bool,
+    /// The library that this program puts into units for others; a unit with the same one, byte by byte, runs in this process.
+    pub own: Option<PathBuf>,
+}
+
+impl Host {
+    /// True if a library is the one of this program.
+    fn is_own(&self, library: &Path) -> bool {
+        let Some(own) = &self.own else { return false };
+        let length = |path: &Path| std::fs::metadata(path).map(|found| found.len()).ok();
+        if length(own).is_none() || length(own) != length(library) {
+            return false;
+        }
+        matches!((std::fs::read(own), std::fs::read(library)), (Ok(own), Ok(other)) if own == other)
+    }
 }
 
 /// What a unit has been asked.
@@ -55,10 +74,40 @@ pub(crate) enum Refusal {
     Lost,
 }
 
-/// A unit in its process.
-pub(crate) struct Remote {
+/// A unit of our own, asked where the solver is.
+struct Near {
+    area: Area,
+    session: Option<Session>,
+}
+
+// SAFETY: an instance of the library of this program belongs to no thread: it keeps no state outside of itself, and is asked by one at a
+// time because asking needs it exclusively.
+#[allow(unsafe_code)]
+unsafe impl Send for Near {}
+
+impl Drop for Near {
+    fn drop(&mut self) {
+        if let Some(session) = &mut self.session {
+            session.end();
+        }
+    }
+}
+
+/// A unit in a process of its own.
+struct Far {
     child: Child,
     channel: Channel,
+}
+
+/// Where a unit is.
+enum Place {
+    Near(Box<Near>),
+    Far(Far),
+}
+
+/// A unit that can be asked.
+pub(crate) struct Remote {
+    place: Place,
     host: Host,
     name: String,
     version: Version,
@@ -80,7 +129,35 @@ impl Remote {
         room: usize,
     ) -> Result<Self, Fault> {
         let failed = |error: std::io::Error| Fault::of(name, format!("no process can be begun for the unit: {error}"));
-        let (area, path) = Area::create(setup.words().max(room).max(LEAST_ROOM)).map_err(failed)?;
+        let words = setup.words().max(room).max(LEAST_ROOM);
+        let made = |place: Place| Self {
+            place,
+            host: host.clone(),
+            name: name.to_string(),
+            version: setup.version,
+            number: 0,
+            discarded: None,
+            fault: None,
+            is_gone: false,
+            _folder: Arc::clone(folder),
+        };
+        let load = |mut remote: Self, library: &str| {
+            let setup = Setup { library: library.to_string(), ..setup.clone() };
+            match remote.ask(Operation::Load, |writer| setup.write(writer)).map(|_| ()) {
+                Ok(()) => Ok(remote),
+                Err(_) => Err(remote.why()),
+            }
+        };
+        let is_own = || *folder.is_own.get_or_init(|| host.is_own(Path::new(&setup.library)));
+        if setup.exchange
+            && is_own()
+            && let Some(own) = &host.own
+        {
+            // The same code, from where nobody else writes.
+            let area = Area::private(words).map_err(failed)?;
+            return load(made(Place::Near(Box::new(Near { area, session: None }))), &own.display().to_string());
+        }
+        let (area, path) = Area::create(words).map_err(failed)?;
         let (own, other) = pair().inspect_err(|_| drop(std::fs::remove_file(&path))).map_err(failed)?;
         let begun = Command::new(&host.program)
             .args(&host.arguments)
@@ -91,30 +168,20 @@ impl Remote {
             .spawn();
         let child = begun.inspect_err(|_| drop(std::fs::remove_file(&path))).map_err(failed)?;
         let channel = Channel::new(Arc::new(area), own, Some(SLICE)).map_err(failed)?;
-        let mut remote = Self {
-            child,
-            channel,
-            host: host.clone(),
-            name: name.to_string(),
-            version: setup.version,
-            number: 0,
-            discarded: None,
-            fault: None,
-            is_gone: false,
-            _folder: Arc::clone(folder),
-        };
-        let loaded = remote.ask(Operation::Load, |writer| setup.write(writer)).map(|_| ());
+        let loaded = load(made(Place::Far(Far { child, channel })), &setup.library);
         // Where the process has opened it, the name is gone already.
         let _ = std::fs::remove_file(&path);
-        match loaded {
-            Ok(()) => Ok(remote),
-            Err(_) => Err(remote.why()),
-        }
+        loaded
     }
 
     /// Number of questions so far.
     pub(crate) fn counts(&self) -> Counts {
         Counts { calls: self.number }
+    }
+
+    /// True if it has a process of its own.
+    pub(crate) fn is_far(&self) -> bool {
+        matches!(self.place, Place::Far(_))
     }
 
     /// What to say where a question had no answer.
@@ -133,43 +200,58 @@ impl Remote {
         if self.fault.is_some() {
             return Err(Refusal::Lost);
         }
-        let mut writer = Writer::new(&self.channel.area);
+        let mut writer = Writer::new(self.area());
         write(&mut writer);
         if !writer.fits() {
             return Err(self.lose("what is to be set is too long"));
         }
         self.number += 1;
-        self.channel.area.set(OPERATION, operation as u64);
-        self.channel.post(REQUEST, self.number, WORKER_SLEEPS);
-        let mut woken = self.channel.wait(ANSWER, self.number, HOST_SLEEPS);
-        if !matches!(woken, Woken::Posted) {
-            let begin = Instant::now();
-            loop {
-                match woken {
-                    Woken::Posted => break,
-                    Woken::Gone => return Err(self.gone()),
-                    Woken::Later => self.is_patient(begin.elapsed())?,
-                }
-                woken = self.channel.sleep(ANSWER, self.number, HOST_SLEEPS);
-            }
-        }
-        match self.channel.area.get(STATUS) {
-            done if done == Status::Done as u64 => Ok(Reader::new(&self.channel.area)),
+        let status = match &mut self.place {
+            Place::Near(near) => perform(&near.area, Some(operation), &mut near.session) as u64,
+            Place::Far(_) => self.ask_far(operation)?,
+        };
+        match status {
+            done if done == Status::Done as u64 => Ok(Reader::new(self.area())),
             discarded if discarded == Status::Discarded as u64 => {
-                self.discarded = Some(Reader::new(&self.channel.area).text());
+                self.discarded = Some(Reader::new(self.area()).text());
                 Err(Refusal::Discarded)
             }
             _ => {
-                let sentence = Reader::new(&self.channel.area).text();
+                let sentence = Reader::new(self.area()).text();
                 Err(self.lose(&sentence))
             }
+        }
+    }
+
+    /// Posts a request, and waits for its status.
+    fn ask_far(&mut self, operation: Operation) -> Result<u64, Refusal> {
+        let Place::Far(Far { channel, .. }) = &mut self.place else { return Err(Refusal::Lost) };
+        channel.area.set(OPERATION, operation as u64);
+        channel.post(REQUEST, self.number, WORKER_SLEEPS);
+        let mut woken = channel.wait(ANSWER, self.number, HOST_SLEEPS);
+        let begin = Instant::now();
+        loop {
+            match woken {
+                Woken::Posted => return Ok(self.area().get(STATUS)),
+                Woken::Gone => return Err(self.gone()),
+                Woken::Later => self.is_patient(begin.elapsed())?,
+            }
+            let Place::Far(Far { channel, .. }) = &mut self.place else { return Err(Refusal::Lost) };
+            woken = channel.sleep(ANSWER, self.number, HOST_SLEEPS);
+        }
+    }
+
+    fn area(&self) -> &Area {
+        match &self.place {
+            Place::Near(near) => &near.area,
+            Place::Far(far) => &far.channel.area,
         }
     }
 
     /// The function of the unit that runs now, or ran last.
     fn running(&self) -> String {
         let names = if self.version == Version::Two { fmi2::NAMES } else { fmi3::NAMES };
-        let call = usize::try_from(self.channel.area.get(CALL)).ok().and_then(|call| call.checked_sub(1));
+        let call = usize::try_from(self.area().get(CALL)).ok().and_then(|call| call.checked_sub(1));
         match call.and_then(|call| names.get(call)) {
             Some(name) => format!("in `{name}`"),
             None => "outside of its functions".to_string(),
@@ -190,25 +272,28 @@ impl Remote {
         } else {
             return Ok(());
         };
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        if let Place::Far(Far { child, .. }) = &mut self.place {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
         self.is_gone = true;
         Err(self.lose(&sentence))
     }
 
     /// The process is gone, or about to.
     fn gone(&mut self) -> Refusal {
+        let Place::Far(Far { child, .. }) = &mut self.place else { return Refusal::Lost };
         let begin = Instant::now();
-        let mut ended = self.child.try_wait();
+        let mut ended = child.try_wait();
         while matches!(ended, Ok(None)) && begin.elapsed() < ENDING {
             std::thread::sleep(Duration::from_millis(1));
-            ended = self.child.try_wait();
+            ended = child.try_wait();
         }
         let how = match ended {
             Ok(Some(status)) => how(status),
             _ => {
-                let _ = self.child.kill();
-                let _ = self.child.wait();
+                let _ = child.kill();
+                let _ = child.wait();
                 "closed its connection".to_string()
             }
         };
@@ -259,23 +344,26 @@ fn how(status: ExitStatus) -> String {
 
 impl Drop for Remote {
     fn drop(&mut self) {
-        if self.is_gone {
+        if self.is_gone || matches!(self.place, Place::Near(_)) {
             return;
         }
         // A unit that fails in its end has nobody left to tell.
         self.host.patience = self.host.patience.min(ENDING);
-        if self.fault.is_some() {
-            let _ = self.child.kill();
-        } else {
+        let is_lost = self.fault.is_some();
+        if !is_lost {
             let _ = self.ask(Operation::End, |_| {});
+        }
+        let Place::Far(Far { child, .. }) = &mut self.place else { return };
+        if is_lost {
+            let _ = child.kill();
         }
         if !self.is_gone {
             let begin = Instant::now();
-            while matches!(self.child.try_wait(), Ok(None)) && begin.elapsed() < ENDING {
+            while matches!(child.try_wait(), Ok(None)) && begin.elapsed() < ENDING {
                 std::thread::sleep(Duration::from_millis(1));
             }
-            let _ = self.child.kill();
-            let _ = self.child.wait();
+            let _ = child.kill();
+            let _ = child.wait();
         }
     }
 }

@@ -41,7 +41,7 @@ mod tests;
 
 pub use archive::Unit;
 pub use description::{
-    Causality, Changes, Description, Experiment, Initial, Interface, Kind, Number, Terminal, Variable, Version,
+    Causality, Changes, Description, Experiment, Initial, Interface, Kind, Member, Number, Terminal, Variable, Version,
 };
 pub use exchange::Exchange;
 pub use fault::Fault;

@@ -1,6 +1,6 @@
 //! `terminalsAndIcons.xml`: connectors of a unit, as far as they say which variables belong together.
 
-use crate::description::Terminal;
+use crate::description::{Member, Terminal};
 use crate::fault::Fault;
 use crate::xml::{self, Element};
 
@@ -28,10 +28,25 @@ fn collect(element: Element<'_>, outer: &str, depth: usize, found: &mut Vec<Term
     }
     let own = element.required("name")?;
     let name = if outer.is_empty() { own.to_string() } else { format!("{outer}.{own}") };
-    let members = element.children().filter(|child| child.name().ends_with("MemberVariable"));
-    let variables =
-        members.map(|member| member.required("variableName").map(str::to_string)).collect::<Result<_, _>>()?;
+    let mut members = Vec::new();
+    for child in element.children() {
+        // What streams in and what streams out are two variables.
+        let own: &[_] = match child.name() {
+            "TerminalMemberVariable" => &[("variableName", "memberName", child.attribute("variableKind"))],
+            "TerminalStreamMemberVariable" => &[
+                ("inStreamVariableName", "inStreamMemberName", Some("stream in")),
+                ("outStreamVariableName", "outStreamMemberName", Some("stream out")),
+            ],
+            _ => continue,
+        };
+        for &(variable, name, kind) in own {
+            let words = |text: Option<&str>| text.unwrap_or_default().to_string();
+            let variable = child.required(variable)?.to_string();
+            members.push(Member { variable, name: words(child.attribute(name)), kind: words(kind) });
+        }
+    }
     let kind = element.attribute("terminalKind").unwrap_or_default().to_string();
-    found.push(Terminal { name: name.clone(), kind, variables });
+    let rule = element.attribute("matchingRule").unwrap_or_default().to_string();
+    found.push(Terminal { name: name.clone(), kind, rule, members });
     element.children().try_for_each(|child| collect(child, &name, depth - 1, found))
 }

@@ -77,6 +77,10 @@ pub(crate) fn read(root: Element<'_>, version: Version, types: &Types<'_>) -> Re
                 other.description = text("description", &variable.description);
                 other.display_unit = text("displayUnit", &variable.display_unit);
                 other.line = alias.line();
+                // A further name of an input is not a further input.
+                if matches!(other.causality, Causality::Input | Causality::Output) {
+                    other.causality = Causality::Local;
+                }
                 aliases.push(other);
             }
         }

@@ -52,7 +52,8 @@ pub fn serve(area: &Path, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-fn perform(area: &Area, operation: Option<Operation>, session: &mut Option<Session>) -> Status {
+/// Does what is asked for in a memory, and writes the answer there.
+pub(crate) fn perform(area: &Area, operation: Option<Operation>, session: &mut Option<Session>) -> Status {
     let (mut request, mut answer) = (Reader::new(area), Writer::new(area));
     let done = match (operation, &mut *session) {
         (Some(Operation::Load), _) => match Setup::read(&mut request) {

@@ -342,6 +342,72 @@ fn a_unit_is_a_block_in_a_loop() {
     }
 }
 
+/// A unit with a connector is a block with that connector.
+#[test]
+fn a_unit_is_connected_by_its_connector() {
+    const PLANT: &str = "connector Bus
+  input Real u(start = 0);
+  output Real y(start = 0, fixed = true);
+end Bus;
+model Plant
+  Bus bus;
+equation
+  der(bus.y) = bus.u - bus.y;
+end Plant;
+";
+    const LOOP: &str = "model Control
+  connector Bus
+    output Real u;
+    input Real y;
+  end Bus;
+  Bus bus;
+equation
+  bus.u = 1 - 3*bus.y;
+end Control;
+model Loop
+  Plant plant;
+  Control control;
+equation
+  connect(plant.bus, control.bus);
+  annotation(experiment(StopTime = 0.5, Tolerance = 1e-9));
+end Loop;
+";
+    for version in ["2.0", "3.0"] {
+        let scratch = Scratch::new();
+        build(&scratch, PLANT, version);
+        let text = block(&scratch, &[]);
+        assert!(text.contains("connector bus_variables"), "{text}");
+        scratch.write("loop.hyd", text + LOOP);
+        done(&run(scratch.path(), &["simulate", "loop.hyd", "--model", "Loop", "--result", "r.csv"]));
+        // y' = 1 - 4 y.
+        let (y, wanted) = (value(&last(&scratch, "r.csv"), "plant.bus.y"), 0.25 * (1.0 - f64::exp(-2.0)));
+        assert!((y - wanted).abs() < 1e-7, "{version}: {y} and not {wanted}");
+        let told = run(scratch.path(), &["unit", "case.fmu"]);
+        assert!(told.stdout.contains("connectors\n  bus (Bus): bus.u (signal), bus.y (signal)"), "{}", told.stdout);
+    }
+}
+
+/// A unit with the library of this program runs where the solver is, with the same bits as in a process of its own.
+#[test]
+fn our_own_code_gives_the_same_bits_here_and_there() {
+    let scratch = Scratch::new();
+    build(&scratch, MASS, "3.0");
+    let arguments = ["simulate", "case.fmu", "--set", "m=0.7", "--json", "--result"];
+    let results = ["here.csv", "there.csv"].map(|name| {
+        let mut command = command(scratch.path(), &[&arguments[..], &[name]].concat());
+        match name {
+            "here.csv" => command.env("HYD_UNIT", library()),
+            _ => command.env("HYD_UNIT", scratch.path().join("none")),
+        };
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (scratch.read(name), json["unit"]["own_process"].as_bool())
+    });
+    assert_eq!(results[0].0, results[1].0);
+    assert_eq!(results.map(|(_, place)| place), [Some(false), Some(true)]);
+}
+
 /// Events go both ways: the ball bounces within the unit, and the text changes its weight while it flies.
 #[test]
 fn a_unit_in_a_model_has_events() {

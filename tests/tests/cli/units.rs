@@ -180,6 +180,86 @@ fn the_archive_has_what_the_interface_asks_for() {
     }
 }
 
+const PLANT: &str = "connector Bus \"signals\"
+    input Real u(unit = \"N\", start = 1);
+    output Real y(unit = \"m\");
+  end Bus;
+  connector Port
+    Real p;
+    flow Real q;
+  end Port;
+  model Vessel
+    Port port;
+    Real v;
+  equation
+    der(v) = port.q;
+    port.p = v;
+  end Vessel;
+  model Plant
+    Bus bus \"what others see\";
+    Vessel a(v(start = 1, fixed = true));
+    Vessel b;
+    parameter Real m(unit = \"kg\") = 2;
+  protected
+    Real v(unit = \"m/s\", start = 0, fixed = true);
+    Vessel hidden;
+  equation
+    der(bus.y) = v;
+    m*der(v) = bus.u;
+    connect(a.port, b.port);
+    connect(b.port, hidden.port);
+  initial equation
+    bus.y = 3;
+  end Plant;";
+
+/// Connectors of the model are terminals that others connect; those of components say only what belongs together.
+#[test]
+fn connectors_become_terminals() {
+    for version in ["2.0", "3.0"] {
+        let unit = make("terminals", version, PLANT);
+        let text = fs::read_to_string(unit.folder.join("terminalsAndIcons/terminalsAndIcons.xml")).expect("written");
+        // In 3.0 equal variables have one entry, that of the state.
+        let [p, shared] = if version == "2.0" { ["a.port.p", "b.port.p"] } else { ["a.v", "a.v"] };
+        let wanted = format!(
+            r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiTerminalsAndIcons fmiVersion="3.0">
+  <Terminals>
+    <Terminal name="bus" matchingRule="plug" terminalKind="Bus" description="what others see">
+      <TerminalMemberVariable variableName="bus.u" memberName="u" variableKind="signal"/>
+      <TerminalMemberVariable variableName="bus.y" memberName="y" variableKind="signal"/>
+    </Terminal>
+    <Terminal name="a.port" matchingRule="none" terminalKind="Port">
+      <TerminalMemberVariable variableName="{p}" memberName="p" variableKind="_hyd_potential"/>
+      <TerminalMemberVariable variableName="a.port.q" memberName="q" variableKind="_hyd_inflow"/>
+    </Terminal>
+    <Terminal name="b.port" matchingRule="none" terminalKind="Port">
+      <TerminalMemberVariable variableName="{shared}" memberName="p" variableKind="_hyd_potential"/>
+      <TerminalMemberVariable variableName="b.port.q" memberName="q" variableKind="_hyd_inflow"/>
+    </Terminal>
+  </Terminals>
+</fmiTerminalsAndIcons>
+"#
+        );
+        assert_eq!(text, wanted, "{version}");
+        // Two kilograms under a force of 4 N: y = 3 + t^2.
+        if version == "3.0" {
+            let instance = unit.stepping();
+            assert_eq!(unit.set(instance, "bus.u", 4.0), OK);
+            begin(instance, 1.5);
+            assert_eq!(step(instance, 0.0, 1.5).0, OK);
+            let y = unit.get(instance, "bus.y");
+            assert!((y - 5.25).abs() < 1e-6, "{y}");
+            fmi3::fmi3FreeInstance(instance);
+        }
+    }
+}
+
+#[test]
+fn a_model_without_connectors_has_no_terminals() {
+    let unit = make("no terminals", "3.0", BALL);
+    assert!(unit.files.iter().all(|name| !name.starts_with("terminalsAndIcons")), "{:?}", unit.files);
+}
+
 #[test]
 fn steps_of_any_length_lead_to_the_closed_form_and_states_can_be_taken_back() {
     let unit = make("steps", "3.0", BALL);

@@ -74,14 +74,13 @@ impl Flattener<'_, '_> {
     /// Public connectors and inputs of the model itself, which only a model around it could connect.
     fn ends_of_the_model(&self) -> Vec<Arc<str>> {
         let instances = &self.scopes.instances;
-        let children = instances[self.tree.root].children.iter().map(|&c| &instances[c]);
-        let open = children.filter(|c| {
+        let children = instances[self.tree.root].children.iter().map(|&id| (id, &instances[id]));
+        let open = children.filter(|&(id, c)| {
             let given = c.primitive.as_ref().is_some_and(|p| p.binding.is_some());
-            let end = c.kind == ClassKind::Connector && c.direction.is_none();
             let input = c.direction == Some(Direction::Input) && self.is_component;
-            !c.protected && !c.absent && !given && (end || input)
+            !c.protected && !c.absent && !given && (self.is_physical(id) || input)
         });
-        open.map(|c| c.name.clone()).collect()
+        open.map(|(_, c)| c.name.clone()).collect()
     }
 
     /// Counts what is needed; the inputs that count outside.

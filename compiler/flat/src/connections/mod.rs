@@ -11,4 +11,5 @@ pub(crate) mod model_ends;
 pub(crate) mod open_ends;
 pub(crate) mod potentials;
 mod streams;
+mod terminals;
 pub(crate) mod virtual_graph;

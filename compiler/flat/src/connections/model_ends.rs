@@ -1,4 +1,4 @@
-//! The ends of the model itself: public inputs and outputs of the class that is translated.
+//! The ends of the model itself: public inputs and outputs of the class that is translated, those in its connectors among them.
 //!
 //! Nothing outside gives such an input a value, so it becomes a parameter with its start value: blocks run by themselves, their
 //! inputs can be set and varied, and a linear model has its inputs and outputs (Modelica 3.6, section 4.4.2.2 for the prefixes).
@@ -18,11 +18,9 @@ pub const EVERY_INPUT: &str = "*";
 impl Flattener<'_, '_> {
     /// Makes the inputs of the model parameters, before variables are made.
     pub(crate) fn settle_inputs_of_the_model(&mut self) {
-        let instances = &self.scopes.instances;
-        let mut children = instances[self.tree.root].children.iter().map(|&c| &instances[c]);
-        self.is_component =
-            children.any(|c| c.kind == ClassKind::Connector && c.direction.is_none() && !c.protected && !c.absent);
-        for child in self.scopes.instances[self.tree.root].children.clone() {
+        let children = self.scopes.instances[self.tree.root].children.clone();
+        self.is_component = children.iter().any(|&child| self.is_physical(child));
+        for child in self.ends() {
             if self.is_input_of_the_model(child) {
                 if self.is_to_be_driven(child) {
                     self.driven_instances.push(child);
@@ -34,11 +32,58 @@ impl Flattener<'_, '_> {
         }
     }
 
+    /// Whether it is a connector of the model itself that is more than a group of inputs and outputs.
+    pub(crate) fn is_physical(&self, inst: InstId) -> bool {
+        let instance = &self.scopes.instances[inst];
+        let is_connector = instance.kind == ClassKind::Connector && !instance.protected && !instance.absent;
+        is_connector && instance.direction.is_none() && !self.is_directed(inst)
+    }
+
+    /// Whether all that varies in a connector, and is something at all, is input or output.
+    fn is_directed(&self, inst: InstId) -> bool {
+        let instance = &self.scopes.instances[inst];
+        if instance.absent || instance.variability <= Variability::Parameter {
+            return true;
+        }
+        if instance.primitive.is_some() {
+            return self.direction_of(inst).is_some();
+        }
+        let is_group = instance.kind == ClassKind::Connector && !instance.children.is_empty() && !instance.expandable;
+        is_group && instance.children.iter().all(|&child| self.is_directed(child))
+    }
+
+    /// The variables that can be ends of the model: its own, and those in its connectors.
+    fn ends(&self) -> Vec<InstId> {
+        let mut found = Vec::new();
+        let mut open = self.scopes.instances[self.tree.root].children.clone();
+        open.reverse();
+        while let Some(inst) = open.pop() {
+            let instance = &self.scopes.instances[inst];
+            if instance.kind == ClassKind::Connector && instance.primitive.is_none() {
+                open.extend(instance.children.iter().rev());
+            } else {
+                found.push(inst);
+            }
+        }
+        found
+    }
+
+    /// Whether it stands in the model itself or in one of its connectors.
+    fn is_outside(&self, inst: InstId) -> bool {
+        let instances = &self.scopes.instances;
+        let mut at = instances[inst].parent;
+        while let Some(above) = at.filter(|&above| instances[above].kind == ClassKind::Connector) {
+            at = instances[above].parent;
+        }
+        at == Some(self.tree.root)
+    }
+
     /// Whether it is a continuous input of type Real of which at least one element is to follow recorded samples.
     fn is_to_be_driven(&self, inst: InstId) -> bool {
         let instance = &self.scopes.instances[inst];
         let is_real = instance.primitive.as_ref().is_some_and(|primitive| primitive.scalar == ScalarType::Real);
-        let bare = |name: &String| name.split('[').next().is_some_and(|bare| bare == &*instance.name);
+        let path = self.name_pattern(inst).parts.into_iter().map(|(text, _)| text.to_string()).collect::<String>();
+        let bare = |name: &String| bare_name(name) == path;
         let named = |name: &String| name == EVERY_INPUT || bare(name);
         is_real && instance.variability == Variability::Continuous && self.driven.iter().any(named)
     }
@@ -66,12 +111,10 @@ impl Flattener<'_, '_> {
 
     /// Which variables are inputs and outputs of the model itself.
     pub(crate) fn note_ends(&mut self) {
-        let children = self.scopes.instances[self.tree.root].children.iter().copied();
         let of = |direction: Direction| {
-            let instances = &self.scopes.instances;
-            let ends =
-                children.clone().filter(|&c| instances[c].direction == Some(direction) && !instances[c].protected);
-            ends.filter_map(|c| self.blocks.get(&c).copied()).collect()
+            let public = |&end: &InstId| !self.scopes.instances[end].protected;
+            let ends = self.ends().into_iter().filter(public).filter(|&end| self.direction_of(end) == Some(direction));
+            ends.filter_map(|end| self.blocks.get(&end).copied()).collect()
         };
         (self.model.inputs, self.model.outputs) = (of(Direction::Input), of(Direction::Output));
     }
@@ -80,7 +123,22 @@ impl Flattener<'_, '_> {
     pub(crate) fn is_input_of_the_model(&self, inst: InstId) -> bool {
         let instance = &self.scopes.instances[inst];
         let open = instance.primitive.as_ref().is_some_and(|primitive| primitive.binding.is_none());
-        let input = instance.direction == Some(Direction::Input) && !instance.protected && !instance.absent;
-        open && input && instance.parent == Some(self.tree.root) && !self.is_component
+        let input = self.direction_of(inst) == Some(Direction::Input) && !instance.protected && !instance.absent;
+        open && input && self.is_outside(inst) && !self.is_component
     }
+}
+
+/// A name without its subscripts.
+fn bare_name(name: &str) -> String {
+    let mut bare = String::new();
+    let mut depth = 0;
+    for letter in name.chars() {
+        match letter {
+            '[' => depth += 1,
+            ']' => depth -= 1,
+            _ if depth == 0 => bare.push(letter),
+            _ => {}
+        }
+    }
+    bare
 }

@@ -40,6 +40,8 @@ struct Part {
     gives: Vec<(Source, usize, Option<usize>)>,
     /// Parameters: where the text has the value, and the parameter of the unit.
     parameters: Vec<(Source, usize)>,
+    /// Start values: where the text has the value, and the position among those of the unit.
+    starts: Vec<(Source, usize)>,
     /// What it is given before anything is known of the text.
     defaults: Vec<f64>,
     nominals: (Vec<f64>, Vec<f64>),

@@ -46,14 +46,24 @@ impl Whole {
     fn hand_parameters(&mut self) {
         let own = self.text.parameters();
         for part in &mut self.parts {
-            for &(source, index) in &part.parameters {
+            let value_of = |source: hyd_system::Source| {
                 let value = match source.place {
                     hyd_system::Place::Parameter(at) => own[at as usize],
                     hyd_system::Place::Constant(value) => value,
-                    hyd_system::Place::Output(_) => continue,
+                    hyd_system::Place::Output(_) => return None,
                 };
-                // A value that is not finite is refused by the unit, which then keeps its own; bind has checked the text's.
-                let _ = part.unit.set_parameter(index, if source.negated { -value } else { value });
+                Some(if source.negated { -value } else { value })
+            };
+            for &(source, index) in &part.parameters {
+                if let Some(value) = value_of(source) {
+                    // A value that is not finite is refused by the unit, which then keeps its own; bind has checked the text's.
+                    let _ = part.unit.set_parameter(index, value);
+                }
+            }
+            for &(source, position) in &part.starts {
+                if let Some(value) = value_of(source) {
+                    part.unit.set_start(position, value);
+                }
             }
         }
     }

@@ -24,7 +24,7 @@ pub struct Wiring {
     pub inputs: Vec<(String, String)>,
     /// What the text reads of the unit.
     pub outputs: Vec<(String, String)>,
-    /// Values that the text has for parameters of the unit.
+    /// Values that the text has for parameters of the unit, and for states at their start.
     pub parameters: Vec<(String, String)>,
 }
 
@@ -111,7 +111,7 @@ fn part(
     let names: Vec<String> = wiring.outputs.iter().map(|(_, own)| own.clone()).collect();
     let watched = Watched::new(description, &names).map_err(|name| lacks(&name, "variable with numbers"))?;
     let inputs: Vec<String> = wiring.inputs.iter().map(|(_, own)| own.clone()).collect();
-    let exchange = Exchange::part(unit, host, &inputs, &watched)?;
+    let mut exchange = Exchange::part(unit, host, &inputs, &watched)?;
     let mut reads = Vec::with_capacity(names.len());
     for ((name, _), &place) in wiring.outputs.iter().zip(&watched.places) {
         let site = sites.iter().position(|site| *site.name == **name).ok_or_else(|| lost(name))?;
@@ -140,14 +140,18 @@ fn part(
         let sentence = format!("`{}` gives the input `{}` no value", shown(&wiring.path), missing.name);
         return Err(Fault::of(&unit.file, sentence));
     }
-    let mut parameters = Vec::with_capacity(wiring.parameters.len());
+    let (mut parameters, mut starts) = (Vec::with_capacity(wiring.parameters.len()), Vec::new());
     for (name, own) in &wiring.parameters {
         let place = exchange.tables().find(own).and_then(|(variable, element)| {
             let is_settable = variable.settable == Settable::Yes;
             variable.sources.get(element).filter(|_| is_settable).map(|source| source.place)
         });
-        let Some(Place::Parameter(index)) = place else { return Err(lacks(own, "parameter that can be set")) };
-        parameters.push((source(name)?, index as usize));
+        if let Some(Place::Parameter(index)) = place {
+            parameters.push((source(name)?, index as usize));
+        } else {
+            let start = exchange.start_of(own).ok_or_else(|| lacks(own, "parameter that can be set"))?;
+            starts.push((source(name)?, start));
+        }
     }
     let states = exchange.structure().unknowns;
     let entries = exchange.whole().1.len();
@@ -158,6 +162,7 @@ fn part(
         reads,
         gives,
         parameters,
+        starts,
         defaults: inputs.iter().map(|own| nominal(own).1).collect(),
         nominals: (watched.nominals.clone(), inputs.iter().map(|own| nominal(own).0).collect()),
         settled: vec![f64::NAN; inputs.len()],
