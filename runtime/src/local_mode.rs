@@ -6,7 +6,7 @@
 //! 1982, "Selective modal analysis with applications to electric power systems"), found by inverse iteration (Golub, Van Loan,
 //! "Matrix Computations", section 7.6.1).  Looked at once, when a run has failed.
 
-use hyd_system::DaeSystem;
+use hyd_system::{DaeSystem, math};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::linearize::{OperatingPoint, eigenvalues, local_matrices, solve};
@@ -61,7 +61,7 @@ impl LocalMode {
             return None;
         }
         let rows: Vec<Vec<f64>> = a.row_iter().map(|row| row.iter().copied().collect()).collect();
-        let of_size = |(re, im): (f64, f64)| re.hypot(im);
+        let of_size = |(re, im): (f64, f64)| math::hypot(re, im);
         let mut candidates: Vec<(f64, f64)> = eigenvalues(&rows).into_iter().filter(|own| own.1 >= 0.0).collect();
         candidates.sort_by(|a, b| of_size(*b).total_cmp(&of_size(*a)));
         let sizes = candidates.iter().map(|own| of_size(*own));
@@ -88,7 +88,7 @@ impl LocalMode {
 /// Shares of the states in an eigenvalue of `a`; `None` if the iteration for its vectors fails.
 fn participation(a: &DMatrix<f64>, (re, im): (f64, f64)) -> Option<Vec<f64>> {
     let n = a.nrows();
-    let moved = Complex::new(re, im) + Complex::new(1.0, 0.7) * (MOVED * re.hypot(im).max(f64::MIN_POSITIVE));
+    let moved = Complex::new(re, im) + Complex::new(1.0, 0.7) * (MOVED * math::hypot(re, im).max(f64::MIN_POSITIVE));
     let shifted = DMatrix::from_fn(n, n, |row, column| {
         let own = Complex::new(a[(row, column)], 0.0);
         if row == column { own - moved } else { own }
@@ -96,7 +96,7 @@ fn participation(a: &DMatrix<f64>, (re, im): (f64, f64)) -> Option<Vec<f64>> {
     let vector = |matrix: DMatrix<Complex<f64>>| {
         let factors = matrix.lu();
         // No eigenvector of a model is at right angles to this one but by chance.
-        let mut vector = DVector::from_fn(n, |k, _| Complex::new(1.0 + 0.3 * (k as f64 * 1.7).sin(), 0.1));
+        let mut vector = DVector::from_fn(n, |k, _| Complex::new(1.0 + 0.3 * math::sin(k as f64 * 1.7), 0.1));
         for _ in 0..3 {
             vector = factors.solve(&vector)?;
             let size = vector.iter().map(|value| value.norm()).fold(0.0, f64::max);
@@ -124,7 +124,7 @@ mod tests {
     fn states_in_a_chain_have_an_eigenvalue_each() {
         let a = DMatrix::from_row_slice(3, 3, &[-1.0, 0.0, 0.0, 50.0, -10.0, 0.0, 0.0, 70.0, -1000.0]);
         for (k, eigenvalue) in [-1.0, -10.0, -1000.0].into_iter().enumerate() {
-            let shares = participation(&a, (eigenvalue, 0.0)).unwrap();
+            let shares = participation(&a, (eigenvalue, 0.0)).expect("an eigenvector");
             assert!((shares[k] - 1.0).abs() < 1e-6, "{eigenvalue}: {shares:?}");
         }
     }
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn both_states_of_an_oscillator_take_part_alike() {
         let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, -4.0, 0.0, 0.0, 0.0, 0.0, -3.0]);
-        let shares = participation(&a, (0.0, 2.0)).unwrap();
+        let shares = participation(&a, (0.0, 2.0)).expect("an eigenvector");
         assert!((shares[0] - 0.5).abs() < 1e-6 && (shares[1] - 0.5).abs() < 1e-6 && shares[2] < 1e-6, "{shares:?}");
     }
 }

@@ -4,7 +4,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use hyd_system::{EquationInfo, EvalFailure, RootInfo, ValueKind, significant};
+use hyd_system::{EquationInfo, EvalFailure, RootInfo, ValueKind, math, significant};
 
 use crate::Jump;
 use crate::error::{Cause, Near, Place, SolveError, Stage, StartAdvice, StepReport};
@@ -294,7 +294,7 @@ fn near_lines(f: &mut Formatter<'_>, near: &Near) -> fmt::Result {
     let shares: Vec<String> =
         mode.shares.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
     write!(f, "\n  the eigenvalue behind it is {value} 1/s, of {}", shares.join(", "))?;
-    let (constant, step) = (re.hypot(im).recip(), near.step);
+    let (constant, step) = (math::hypot(re, im).recip(), near.step);
     if re > 0.0 && re * near.span > 1.0 && re > im {
         write!(f, ": the motion grows by a factor of e every {:.2e} s", re.recip())?;
     } else if step < FAR_BELOW * constant {

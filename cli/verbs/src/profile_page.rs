@@ -19,7 +19,7 @@ const MOST_BLOCKS: usize = 400;
 /// The page as HTML; none if the run was not to be counted.
 pub fn page(summary: &RunSummary, files: &Files, flat: Option<&FlatModel>) -> Option<String> {
     let profile = summary.profile.as_ref()?;
-    let counters = serde_json::to_value(&summary.counters).unwrap_or_default();
+    let counters = serde_json::to_value(summary.counters).unwrap_or_default();
     let data = json!({
         "model": summary.model,
         "solver": summary.solver,

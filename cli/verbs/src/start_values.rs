@@ -99,7 +99,8 @@ mod tests {
         ] {
             let mut files = Files::new();
             let file = files.add("a.mo", text);
-            let Edit { span, text: new } = set_start(&files, Span::new(file, 5, 6), -2.0).unwrap();
+            let Edit { span, text: new } =
+                set_start(&files, Span::new(file, 5, 6), -2.0).expect("a number to be replaced");
             let mut changed = text.to_string();
             changed.replace_range(span.start as usize..span.end as usize, &new);
             assert_eq!(changed, expected);

@@ -51,7 +51,7 @@ pub fn costs(flat: &FlatModel) -> Vec<Cost> {
             operations: one * u64::from(block.count),
         });
     }
-    all.sort_by(|a, b| b.operations.cmp(&a.operations));
+    all.sort_by_key(|own| std::cmp::Reverse(own.operations));
     all
 }
 
