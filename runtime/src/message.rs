@@ -23,7 +23,7 @@ impl Display for SolveError {
                     (Some(variable), true, Stage::Start) => hint(
                         f,
                         &format!(
-                            "drop `fixed = true` of `{variable}`, or that of a start it follows from, or give both values that agree"
+                            "drop `fixed = true` of `{variable}` or of a start that it follows from, or give values that agree"
                         ),
                     ),
                     (None, true, Stage::Start) => {

@@ -120,9 +120,7 @@ impl Chatter {
     /// What is known of the last events, of those that belong together.
     fn pile(&self, (t, span): (f64, f64), problem: &mut Problem<'_>, (y, yp): (&[f64], &[f64])) -> Pile {
         let mut from = self.recent.len();
-        while from > 0
-            && self.recent.get(from).is_none_or(|later| later.t - self.recent[from - 1].t <= CLOSE_SHRINKING * span)
-        {
+        while from > 0 && self.recent.get(from).is_none_or(|later| later.t - self.recent[from - 1].t <= NEAR * span) {
             from -= 1;
         }
         let seen: Vec<Seen> = self.recent.iter().skip(from).copied().collect();
