@@ -34,6 +34,8 @@ pub(crate) enum Value {
     },
     /// Cells one after the other.
     Cells(Vec<Value>),
+    /// An object of this class of MATLAB's own (a table, a timetable), whose form is not published.
+    Object(String),
     /// Something else, or nothing.
     Other,
 }
@@ -111,9 +113,12 @@ impl Reader {
         let ((_, flags), rest) = self.element(bytes)?;
         let flags = self.word(flags, 0)?;
         let (class, is_complex) = (flags & 0xff, flags & 0x0800 != 0);
-        // Objects of other kinds have no dimensions in their place.
+        // Objects of other kinds have no dimensions in their place: their name is followed by what made them and by their class.
         if class > 15 {
-            return Ok((self.element(rest).map_or_else(|_| String::new(), |((_, name), _)| text(name)), Value::Other));
+            let Ok(((_, name), rest)) = self.element(rest) else { return Ok((String::new(), Value::Other)) };
+            let class = self.element(rest).and_then(|(_, rest)| self.element(rest));
+            let value = class.map_or(Value::Other, |((_, class), _)| Value::Object(text(class)));
+            return Ok((text(name), value));
         }
         let ((_, dimensions), rest) = self.element(rest)?;
         let ((_, name), rest) = self.element(rest)?;

@@ -22,6 +22,8 @@ pub struct MatColumns {
     pub others: Vec<String>,
     /// Names of the columns that are the times of a structure.
     times: Vec<String>,
+    /// Names and classes of objects of MATLAB's own.
+    objects: Vec<(String, String)>,
 }
 
 /// Reads the bytes of a MAT file.
@@ -50,18 +52,36 @@ pub fn mat_columns(bytes: &[u8]) -> Result<MatColumns, String> {
     if found.columns.is_empty() {
         let others = found.others.join(", ");
         let others = if others.is_empty() { String::new() } else { format!("; it has: {others}") };
-        return Err(format!("it holds no vectors of real numbers{others}"));
+        return Err(format!("it holds no vectors of real numbers{others}{}", found.way_out()));
     }
     Ok(found)
 }
 
 impl MatColumns {
+    /// How MATLAB writes what its objects hold as vectors; empty without such objects.
+    fn way_out(&self) -> String {
+        let Some((name, class)) = self.objects.first() else { return String::new() };
+        let table = match class.as_str() {
+            "table" => name.clone(),
+            "timetable" => format!("timetable2table({name})"),
+            _ => return format!(" (`{name}` is a MATLAB object of class `{class}`, which only MATLAB reads)"),
+        };
+        format!(
+            " (`{name}` is a MATLAB {class}, which only MATLAB reads: there, `s = table2struct({table}, 'ToScalar', true); \
+             save('columns.mat', '-struct', 's', '-v7')` saves its columns)"
+        )
+    }
+
     /// Takes up a variable or a part of one; the parts of one `is_bare` have no other names than their own.
     fn take(&mut self, name: String, value: Value, is_bare: bool) -> Result<(), String> {
         let within = |part: &str| if is_bare { part.to_string() } else { format!("{name}_{part}") };
         match value {
             Value::Numbers(columns) => return self.add(name, columns),
             Value::Text(_) | Value::Other => self.others.push(name),
+            Value::Object(class) => {
+                self.objects.push((name.clone(), class));
+                self.others.push(name);
+            }
             Value::Cells(parts) if parts.is_empty() => self.others.push(name),
             Value::Structures { rows, .. } if rows.is_empty() => self.others.push(name),
             Value::Cells(parts) => {
@@ -304,5 +324,11 @@ mod tests {
         assert!(mat_columns(&file(&[])).unwrap_err().starts_with("it holds no vectors"));
         assert!(mat_columns(&file(&[element(COMPRESSED, b"nonsense")])).is_err());
         assert!(mat_columns(b"").is_err());
+        // A table as MATLAB writes it.
+        let words = |text: &str| element(1, text.as_bytes());
+        let flags = element(6, &[17u32.to_le_bytes(), [0; 4]].concat());
+        let table = element(MATRIX, &[flags, words("data"), words("MCOS"), words("table")].concat());
+        let message = mat_columns(&file(&[table])).unwrap_err();
+        assert!(message.contains("`data` is a MATLAB table") && message.contains("table2struct(data, "), "{message}");
     }
 }

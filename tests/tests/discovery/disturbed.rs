@@ -32,7 +32,7 @@ fn correlated_noise_with_heavy_tails_is_noise() {
 #[test]
 fn resistances_that_scatter_are_not_a_coil_that_heats_up() {
     let (said, left) = said("scatter", 2);
-    assert!(said.contains("R_w scatters from shot to shot by about") && left < 1.1, "{said}");
+    assert!(said.contains("R scatters from shot to shot by about") && left < 1.1, "{said}");
 }
 
 /// Two fitted shots show that a resistance scatters; a coil that is warmer in each by another amount would explain it, too.
