@@ -10,6 +10,8 @@ use crate::mat5::{self, Value};
 
 /// Most columns of all matrices.
 const MOST_COLUMNS: usize = 10_000;
+/// What MATLAB makes numbers of the times of a timetable with.
+const SECONDS: &str = "s.Time = seconds(s.Time); ";
 /// Name of the times of a structure, and of all that agree.
 const TIME: &str = "time";
 
@@ -61,14 +63,18 @@ impl MatColumns {
     /// How MATLAB writes what its objects hold as vectors; empty without such objects.
     fn way_out(&self) -> String {
         let Some((name, class)) = self.objects.first() else { return String::new() };
-        let table = match class.as_str() {
-            "table" => name.clone(),
-            "timetable" => format!("timetable2table({name})"),
+        // Times of the rows are durations, which are objects themselves.
+        let (what, table, times) = match class.as_str() {
+            "table" => ("table", name.clone(), ""),
+            "timetable" => ("timetable", format!("timetable2table({name})"), SECONDS),
+            "Simulink.SimulationData.Dataset" => {
+                ("data set of Simulink", format!("timetable2table(extractTimetable({name}))"), SECONDS)
+            }
             _ => return format!(" (`{name}` is a MATLAB object of class `{class}`, which only MATLAB reads)"),
         };
         format!(
-            " (`{name}` is a MATLAB {class}, which only MATLAB reads: there, `s = table2struct({table}, 'ToScalar', true); \
-             save('columns.mat', '-struct', 's', '-v7')` saves its columns)"
+            " (`{name}` is a {what}, which only MATLAB reads: there, `s = table2struct({table}, 'ToScalar', true); \
+             {times}save('columns.mat', '-struct', 's', '-v7')` saves its columns)"
         )
     }
 
@@ -329,6 +335,9 @@ mod tests {
         let flags = element(6, &[17u32.to_le_bytes(), [0; 4]].concat());
         let table = element(MATRIX, &[flags, words("data"), words("MCOS"), words("table")].concat());
         let message = mat_columns(&file(&[table])).unwrap_err();
-        assert!(message.contains("`data` is a MATLAB table") && message.contains("table2struct(data, "), "{message}");
+        assert!(
+            message.contains("`data` is a table, which only MATLAB reads") && message.contains("table2struct(data, "),
+            "{message}"
+        );
     }
 }
