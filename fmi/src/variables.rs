@@ -202,7 +202,7 @@ fn nameless_rate(entries: &[Entry], state: &str, k: usize, reference: u32) -> En
     Entry::plain(name, reference, format!("Rate of {state}"))
 }
 
-/// Local scalars that equal another one become its aliases.
+/// Local scalars that equal another one become its aliases; in 3.0 that is another local one.
 fn merge_aliases(
     model: &Model,
     entries: &mut Vec<Entry>,
@@ -220,7 +220,9 @@ fn merge_aliases(
     };
     let own: BTreeSet<u32> = rates.iter().flat_map(|&(rate, state)| [rate, state]).collect();
     let stays = |entry: &Entry| own.contains(&entry.reference) || entry.causality != Causality::Local;
-    for entry in entries.iter().filter(|entry| entry.sizes.is_empty() && stays(entry)) {
+    // A further name of an output counts as an output of its own for some importers of 3.0, which then miss it in the structure of the model.
+    let owns = |entry: &Entry| stays(entry) && (version == Version::Two || entry.causality == Causality::Local);
+    for entry in entries.iter().filter(|entry| entry.sizes.is_empty() && owns(entry)) {
         if let Some(place) = source(entry.reference) {
             owners.entry(place).or_insert(entry.reference);
         }
