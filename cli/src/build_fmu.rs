@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hyd_compiler::FlatModel;
 use hyd_flat::{BlockId, EVERY_INPUT, Section, Target, VarId, VariableBlock};
-use hyd_fmi::{Bounds, End, Facts, KnownUnit, MemberKind, Parts, Terminal, Version, describe, identifier, pack, token};
+use hyd_fmi::{Bounds, End, Facts, KnownUnit, Parts, Terminal, Version, describe, identifier, pack, token};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
 use hyd_results::write_whole;
 use hyd_symbolic::Node;
@@ -163,12 +163,6 @@ fn positions(flat: &FlatModel, payload: &Model) -> BTreeMap<BlockId, usize> {
 
 /// Connectors, element by element where they are arrays.
 fn terminals(flat: &FlatModel, positions: &BTreeMap<BlockId, usize>) -> Vec<Terminal> {
-    let kind = |kind| match kind {
-        hyd_flat::MemberKind::Signal => MemberKind::Signal,
-        hyd_flat::MemberKind::Potential => MemberKind::Potential,
-        hyd_flat::MemberKind::Flow => MemberKind::Flow,
-        hyd_flat::MemberKind::Stream => MemberKind::Stream,
-    };
     let mut found = Vec::new();
     for terminal in &flat.terminals {
         let count = terminal.name.count();
@@ -177,7 +171,7 @@ fn terminals(flat: &FlatModel, positions: &BTreeMap<BlockId, usize>) -> Vec<Term
             for &(block, member) in &terminal.members {
                 let Some(&variable) = positions.get(&block) else { continue };
                 let each = flat.variables[block].count as usize / count;
-                members.extend((k * each..(k + 1) * each).map(|element| ((variable, element), kind(member))));
+                members.extend((k * each..(k + 1) * each).map(|element| ((variable, element), member)));
             }
             found.push(Terminal {
                 name: terminal.name.element(k),

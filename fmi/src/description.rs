@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyd_payload::Model;
-use hyd_system::ValueKind;
+use hyd_system::{MemberKind, ValueKind};
 
 use crate::archive::identifier;
 use crate::catalogue::Catalogue;
 use crate::dependencies;
-use crate::facts::{Facts, MemberKind, Version};
+use crate::facts::{Facts, Version};
 use crate::terminals::{self, Names};
 use crate::units::Units;
 use crate::variables::{Causality, Entry, Variables};

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use hyd_system::MemberKind;
+
 /// Version of the interface.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Version {
@@ -52,19 +54,6 @@ pub struct KnownUnit {
     pub factor: f64,
     /// SI value of zero.
     pub offset: f64,
-}
-
-/// How a variable of a connector behaves where connectors are joined.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum MemberKind {
-    /// An input or output.
-    Signal,
-    /// Equal in all that are joined.
-    Potential,
-    /// Adds up to zero; positive into the unit.
-    Flow,
-    /// Carried by the flow.
-    Stream,
 }
 
 /// A connector.

@@ -18,4 +18,4 @@ mod xml;
 pub use archive::{INPUTS, PAYLOAD, Parts, identifier, pack, token};
 pub use catalogue::{Catalogue, Meaning, TIME};
 pub use description::{Descriptions, describe};
-pub use facts::{Bounds, End, Facts, KnownUnit, MemberKind, Terminal, Version};
+pub use facts::{Bounds, End, Facts, KnownUnit, Terminal, Version};

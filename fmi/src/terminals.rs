@@ -6,7 +6,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::facts::{Facts, MemberKind, Terminal, Version};
+use hyd_system::MemberKind;
+
+use crate::facts::{Facts, Terminal, Version};
 use crate::variables::{Causality, Entry};
 use crate::xml::{Attributes, Document};
 

@@ -290,7 +290,11 @@ fn near_lines(f: &mut Formatter<'_>, near: &Near) -> fmt::Result {
     }
     let Some(mode) = &near.mode else { return Ok(()) };
     let (re, im) = mode.eigenvalue;
-    let value = if im == 0.0 { format!("{re:.3e}") } else { format!("{re:.3e} +- {im:.3e} i") };
+    let value = match (re, im) {
+        (re, 0.0) => format!("{re:.3e}"),
+        (0.0, im) => format!("+- {im:.3e} i"),
+        (re, im) => format!("{re:.3e} +- {im:.3e} i"),
+    };
     let shares: Vec<String> =
         mode.shares.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
     write!(f, "\n  the eigenvalue behind it is {value} 1/s, of {}", shares.join(", "))?;

@@ -8,7 +8,7 @@ use hyd_fmi_import::{Causality, Unit, Variable};
 
 use crate::Failure;
 use crate::joined::element_names;
-use crate::unit_text::{Purpose, UnitText, unit_text, written_name};
+use crate::unit_text::{Purpose, UnitText, identifier, unit_text, written_name};
 
 /// Writes the text.  `class`: what the study calls the model.
 ///
@@ -50,6 +50,12 @@ pub(crate) fn text(file: &Path, unit: &Unit, class: &str, study: &mut Study) -> 
         }
         channel.variable = written;
     }
+    // Inputs are declared at the top of the text, where a name with dots is a single one.
+    let is_input = |name: &str| {
+        description.variables.iter().any(|own| *own.name == *name && matches!(own.causality, Causality::Input))
+    };
+    let inputs = std::mem::take(&mut study.inputs).into_iter();
+    study.inputs = inputs.map(|(name, own)| (if is_input(&name) { identifier(&name) } else { name }, own)).collect();
     let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(unit_text(description, &name, Purpose::Bench, (&read, &study.shots.trigger_moves)))
 }

@@ -240,7 +240,7 @@ pub(crate) fn written_name(name: &str) -> String {
 }
 
 /// A name as Modelica takes it.
-fn identifier(name: &str) -> String {
+pub(crate) fn identifier(name: &str) -> String {
     if is_plain(name) { name.to_string() } else { quoted(name) }
 }
 

@@ -22,8 +22,8 @@ pub use connections::model_ends::EVERY_INPUT;
 pub use flatten::flatten;
 pub use model::{
     BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, ForeignBlock, Gaps, Imbalance,
-    MemberKind, Message, MessagePart, Operand, PerElement, Potential, Quantity, Section, StateSelect, Target, Terminal,
-    UnitClaim, VarId, VariableBlock,
+    Message, MessagePart, Operand, PerElement, Potential, Quantity, Section, StateSelect, Target, Terminal, UnitClaim,
+    VarId, VariableBlock,
 };
 pub use sections::inject::{Injection, TermShape};
 pub use state::made::{Made, derivative_block, rate_unit};

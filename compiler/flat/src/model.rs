@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hyd_index::{IndexVec, TypedIndex, typed_index};
 use hyd_source::{Origin, Span};
 use hyd_symbolic::{BodyId, TemplateId, Templates};
-use hyd_system::{NamePattern, Settable, TextFormat, ValueKind, Variability};
+use hyd_system::{MemberKind, NamePattern, Settable, TextFormat, ValueKind, Variability};
 
 use crate::state::made::Made;
 
@@ -219,19 +219,6 @@ pub struct Potential {
     pub declared: Span,
     /// Nothing is connected to an element of its connector.
     pub open: bool,
-}
-
-/// How a variable of a connector behaves where connectors are joined.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum MemberKind {
-    /// An input or output.
-    Signal,
-    /// Equal in all that are joined.
-    Potential,
-    /// Adds up to zero; positive into the component.
-    Flow,
-    /// Carried by the flow.
-    Stream,
 }
 
 /// A connector of the model itself, or a physical one of its public components.

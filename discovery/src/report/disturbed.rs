@@ -17,7 +17,7 @@ const MOST: usize = 10;
 /// Share of the excess below which what is left is not worth a sentence.
 const ALL: f64 = 0.02;
 
-/// Noise that is so many times what was stated is worth a sentence.
+/// Factor on the stated noise from which a sentence says so.
 const WORTH_IT: f64 = 1.05;
 
 /// Everything that disturbs, as data and as sentences.

@@ -10,7 +10,7 @@ use hyd_system::math;
 const NEARLY_ALL: f64 = 0.8;
 /// Share of what is missing that the first of several names leaves where a law may explain it all instead.
 const PIECE: f64 = 0.05;
-/// Shots held out show what the others hide when their mean square exceeds that of noise by so many times the excess of the fitted
+/// Shots held out show what the others hide when their mean square exceeds that of noise by this factor times the excess of the fitted
 /// ones, and that counts as no less than the second number.
 const HIDDEN: (f64, f64) = (5.0, 0.1);
 /// What scatter pays for each number that it has more than the effects in whose place it is taken up.

@@ -11,7 +11,7 @@ use crate::local_mode::LocalMode;
 use crate::sensitivity::EventSource;
 use crate::vanishing::Vanishing;
 
-/// An error that must stay below so many times the size of a value, or less, is lost in the rounding of its equations.
+/// Errors allowed to be no larger than this part of a value are lost in the rounding of its equations.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 impl Simulator {

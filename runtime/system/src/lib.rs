@@ -33,7 +33,7 @@ pub use lanes::wide;
 pub use parts::{Delays, Homotopy, Inputs, StateChoices, Steps, Switches, TornLoops};
 pub use series::{Gap, Hold, Sample, Series, SeriesError, fill_gaps};
 pub use tables::{
-    EquationInfo, LoopInfo, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability,
+    EquationInfo, LoopInfo, MemberKind, NamePattern, Place, RootInfo, Settable, Source, Tables, ValueKind, Variability,
     VariableInfo,
 };
 pub use tangents::{Along, Direction, DirectionError, Tangents};

@@ -109,6 +109,19 @@ pub enum Settable {
     Structural,
 }
 
+/// How a variable of a connector behaves where connectors are joined.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MemberKind {
+    /// An input or output.
+    Signal,
+    /// Equal in all that are joined.
+    Potential,
+    /// Adds up to zero; positive into the component or unit.
+    Flow,
+    /// Carried by the flow.
+    Stream,
+}
+
 /// A variable, or an array of them.
 #[derive(Clone, PartialEq, Debug)]
 pub struct VariableInfo {

@@ -152,6 +152,44 @@ fn a_sensor_that_lags_behind_a_unit_is_named() {
         ["simulate", "r/discovered.hyd", "--parameters", "r/shots/shot_1.toml", "--input", "r/shots/shot_1_inputs.csv"];
     let again = run(folder.path(), &[&files[..], &["--result", "again.csv"]].concat());
     assert_eq!(again.code, Some(0), "{}", again.stderr);
+    // The next shot is one that tells the time constant better.
+    let next = ["next", "st.toml", "--bench", "set.json", "--vary", "on_s=0.05:0.3", "--threads", "1"];
+    let next = run(folder.path(), &next);
+    assert_eq!(next.code, Some(0), "{}", next.stderr);
+    assert!(next.stdout.contains("lag.tau") && next.stdout.contains("on_s = "), "{}", next.stdout);
+}
+
+/// A study names what is given and shown at a connector as the unit does, dots and all, and is told that it does.
+#[test]
+fn connectors_of_a_unit_are_named_as_the_unit_has_them() {
+    let folder = Scratch::new();
+    folder.write(
+        "m.hyd",
+        "connector Bus\n  input Real u(start = 0);\n  output Real y(start = 0, fixed = true);\nend Bus;\n\
+         model M\n  Bus bus;\n  parameter Real T = 0.5;\nequation\n  T*der(bus.y) = bus.u - bus.y;\nend M;\n",
+    );
+    let build = ["build", "m.hyd", "--model", "M", "--fmu", "3.0", "-o", "m.fmu"];
+    let made = command(folder.path(), &build).env("HYD_UNIT", crate::units::library()).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    folder.write(
+        "st.toml",
+        "file = \"m.fmu\"\n[models]\ndefault = \"M\"\n[channels]\ny = { variable = \"bus.y\" }\n[inputs]\n\"bus.u\" = { column = \"u\" }\n\
+         [nuisances]\nT = { parameter = \"T\", relative = 0.2 }\n[shots]\ntime = \"t\"\n",
+    );
+    folder.write("set.json", r#"{"noise_std": {"y": 1e-3}, "experiments": [{"file": "s.csv"}]}"#);
+    // The answer to a step of 1 with a time constant of 0.4 s.
+    let rows = (0..41).map(|k| 0.05 * f64::from(k)).map(|t| format!("{t},1,{}\n", 1.0 - (-t / 0.4).exp()));
+    folder.write("s.csv", String::from("t,u,y\n") + &rows.collect::<String>());
+    let fit = run(folder.path(), &["fit", "st.toml", "--bench", "set.json", "--json"]);
+    assert_eq!(fit.code, Some(0), "{}", fit.stderr);
+    let json: Value = serde_json::from_str(&fit.stdout).unwrap();
+    let found = json["parameters"][0]["value"].as_f64().unwrap();
+    assert!((found - 0.4).abs() < 1e-3, "{}", fit.stdout);
+    assert!(
+        fit.stderr.contains("`bus`: what comes in as `bus.u` and `bus.y`, which channel y shows"),
+        "{}",
+        fit.stderr
+    );
 }
 
 #[test]

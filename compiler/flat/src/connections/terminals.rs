@@ -5,8 +5,9 @@
 
 use hyd_instance::InstId;
 use hyd_syntax::tree::ClassKind;
+use hyd_system::MemberKind;
 
-use crate::model::{MemberKind, Terminal};
+use crate::model::Terminal;
 use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
