@@ -26,6 +26,9 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         check_picture("--plot", path)?;
     }
     if let Some(path) = &arguments.profile_page {
+        if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("html")) {
+            return Err(Failure::Usage(format!("`{}`: a page ends in .html", path.display())));
+        }
         check_target("--profile-page", path, &[&arguments.model.file])?;
     }
     let begin = clock::cpu_seconds();
@@ -71,9 +74,10 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         let is_whole = matches!(outcome.summary.status, Status::Done | Status::Terminated);
         outcome.summary.plot = Some(draw(path, is_whole, &mut outcome.recorder)?);
     }
-    if let Some(path) = &arguments.profile_page {
-        let page = profile_page(&outcome.summary, &compilation.files, compilation.flat.as_deref());
-        write_whole(path, page.unwrap_or_default().as_bytes())
+    if let Some(path) = &arguments.profile_page
+        && let Some(page) = profile_page(&outcome.summary, &compilation.files, compilation.flat.as_deref())
+    {
+        write_whole(path, page.as_bytes())
             .map_err(|error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display())))?;
         outcome.summary.profile_page = Some(path.display().to_string());
         outcome.summary.profile = outcome.summary.profile.take().filter(|_| arguments.run.profile);

@@ -79,7 +79,7 @@ pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, F
             .map_err(|why| Fault::new(format!("`{}`: the table {why}", arguments.bench.display())))?;
         read_text(&path).map_err(|error| Fault::new(error.to_string()))
     };
-    let bench = Bench::parse(&arguments.bench, &text(&arguments.bench)?, &study, &mut read).map_err(failure)?;
+    let mut bench = Bench::parse(&arguments.bench, &text(&arguments.bench)?, &study, &mut read).map_err(failure)?;
     let class = study.class(bench.base_model.as_deref()).map_err(failure)?.to_string();
     for sentence in &bench.warnings {
         listener.sentence(Severity::Warning, sentence);
@@ -94,6 +94,7 @@ pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, F
         hyd_run::note_read(&model_file);
         let unit = Unit::open(&model_file).map_err(|fault| Failure::Fault(fault.to_string()))?;
         let text = study_unit::text(&model_file, &unit, &class, &mut study)?;
+        study_unit::name_inputs(&unit, &mut study, &mut bench);
         for sentence in unit.notes.iter().chain(&text.notes) {
             listener.sentence(Severity::Warning, sentence);
         }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hyd_compiler::did_you_mean;
-use hyd_discovery::Study;
+use hyd_discovery::{Bench, Study};
 use hyd_fmi_import::{Causality, Unit, Variable};
 
 use crate::Failure;
@@ -50,14 +50,21 @@ pub(crate) fn text(file: &Path, unit: &Unit, class: &str, study: &mut Study) -> 
         }
         channel.variable = written;
     }
-    // Inputs are declared at the top of the text, where a name with dots is a single one.
-    let is_input = |name: &str| {
-        description.variables.iter().any(|own| *own.name == *name && matches!(own.causality, Causality::Input))
-    };
-    let inputs = std::mem::take(&mut study.inputs).into_iter();
-    study.inputs = inputs.map(|(name, own)| (if is_input(&name) { identifier(&name) } else { name }, own)).collect();
     let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(unit_text(description, &name, Purpose::Bench, (&read, &study.shots.trigger_moves)))
+}
+
+/// Gives inputs the names that the text has for them: at its top, where a name with dots is a single one.
+pub(crate) fn name_inputs(unit: &Unit, study: &mut Study, bench: &mut Bench) {
+    let is_input = |name: &str| {
+        let mut inputs = unit.description.variables.iter().filter(|own| own.causality == Causality::Input);
+        inputs.any(|own| *own.name == *name)
+    };
+    let named = |name: String| if is_input(&name) { identifier(&name) } else { name };
+    study.inputs = std::mem::take(&mut study.inputs).into_iter().map(|(name, own)| (named(name), own)).collect();
+    for shot in &mut bench.shots {
+        shot.inputs = std::mem::take(&mut shot.inputs).into_iter().map(|(name, own)| (named(name), own)).collect();
+    }
 }
 
 /// What a search makes of the connectors that the unit describes, in a sentence; none where there are none.

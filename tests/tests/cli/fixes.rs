@@ -79,4 +79,15 @@ fn the_profile_names_who_limits_the_steps() {
     let text = run(folder.path(), &["simulate", "two.hyd", "--profile"]).stdout;
     assert!(text.contains("steps limited by the error of") && text.contains("two.hyd:5"), "{text}");
     assert!(!run(folder.path(), &["simulate", "two.hyd"]).stdout.contains("profile"));
+    // As a page; its data stand in front of the script that draws them.
+    let page = run(folder.path(), &["simulate", "two.hyd", "--profile-page", "p.html"]);
+    assert_eq!(page.code, Some(0), "{}", page.stderr);
+    let page = folder.read("p.html");
+    let data = page.split_once("const DATA = ").and_then(|(_, rest)| rest.split_once(";</script>")).unwrap().0;
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!(data["profile"]["limited_by"][0]["name"], "slow");
+    assert!(data["code"].as_array().unwrap().iter().any(|own| own["place"] == "two.hyd:5"), "{}", data["code"]);
+    // It takes the place of nothing else that the run writes.
+    let both = run(folder.path(), &["simulate", "two.hyd", "--result", "r.csv", "--profile-page", "r.csv"]);
+    assert_eq!((both.code, folder.path().join("r.csv").exists()), (Some(2), false), "{}", both.stderr);
 }
