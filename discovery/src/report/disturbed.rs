@@ -14,8 +14,10 @@ use crate::unknowns::Meaning;
 const OVERSTATED: f64 = 0.6;
 /// Spikes that are listed.
 const MOST: usize = 10;
-/// Share of the excess below which what is left is not worth a sentence.
+/// Share of the excess below which what is left is not worth a sentence where it is next to nothing beside noise, too.
 const ALL: f64 = 0.02;
+/// The same in the variance of the noise.
+const BESIDE_NOISE: f64 = 0.2;
 
 /// Factor on the stated noise from which a sentence says so.
 const WORTH_IT: f64 = 1.05;
@@ -165,8 +167,9 @@ pub(super) fn remaining(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         return Value::Null;
     };
     let excess = |gap: f64| (gap * gap - 1.0).max(0.0);
-    let share = excess(after.train.all) / excess(gaps.before.train.all).max(f64::MIN_POSITIVE);
-    if share.is_nan() || share <= ALL {
+    let left = excess(after.train.all);
+    let share = left / excess(gaps.before.train.all).max(f64::MIN_POSITIVE);
+    if share.is_nan() || (share <= ALL && left <= BESIDE_NOISE) {
         return Value::Null;
     }
     let levels = &scene.setup.disturbances.levels;
@@ -190,10 +193,8 @@ pub(super) fn lines(json: &Value, status: Status) -> Vec<String> {
         let words = remaining["looks_like"].as_str().unwrap_or_default();
         let place =
             remaining["first_place"].as_str().map_or_else(String::new, |at| format!(", first of all at `{at}`"));
-        lines.push(format!(
-            "remaining: {:.0} % of the excess over noise, which looks like {words}{place}",
-            100.0 * share
-        ));
+        let share = if share < 0.01 { "less than 1 %".to_string() } else { format!("{:.0} %", 100.0 * share) };
+        lines.push(format!("remaining: {share} of the excess over noise, which looks like {words}{place}"));
     }
     lines
 }

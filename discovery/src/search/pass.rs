@@ -62,12 +62,24 @@ pub struct Tried {
     pub is_plausible: bool,
     /// Why it was not named, if there is a reason.
     pub verdict: String,
+    /// It was named and taken out again, because the gap on shots held out is larger with it.
+    pub is_refuted: bool,
 }
 
 impl Tried {
     /// Before any fit.
     pub(super) fn new(hypothesis: Hypothesis, look: Option<Look>) -> Self {
-        Self { hypothesis, look, fit: None, cost_drop: 0.0, errors: None, is_plausible: true, verdict: String::new() }
+        let verdict = String::new();
+        Self {
+            hypothesis,
+            look,
+            fit: None,
+            cost_drop: 0.0,
+            errors: None,
+            is_plausible: true,
+            verdict,
+            is_refuted: false,
+        }
     }
 
     /// True if its size is known well enough for a name.

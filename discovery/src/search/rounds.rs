@@ -253,9 +253,10 @@ fn is_astray((before, was_left): (usize, f64), (named, left): (usize, f64)) -> b
     before > 0 && left > most * was_left
 }
 
-/// All fits of a pass.
+/// All fits of a pass but those that shots held out refuted: what they leave is no measure of the best that a model can do.
 fn fits(pass: &Pass) -> Vec<(&Hypothesis, &Fit)> {
-    let tried = pass.tried.iter().chain(&pass.terms).filter_map(|own| Some((&own.hypothesis, own.fit.as_ref()?)));
+    let tried = pass.tried.iter().chain(&pass.terms).filter(|own| !own.is_refuted);
+    let tried = tried.filter_map(|own| Some((&own.hypothesis, own.fit.as_ref()?)));
     tried.chain([(&pass.base, &pass.fit)]).collect()
 }
 

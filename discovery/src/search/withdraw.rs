@@ -29,6 +29,7 @@ impl Search<'_> {
             let by = (with / without).sqrt();
             for own in before.tried.iter_mut().filter(|own| own.fit.is_some() && own.hypothesis.ends_with(&refuted)) {
                 own.verdict = format!("it makes the gap on shots held out larger, {by:.3} times");
+                own.is_refuted = true;
             }
         }
         Ok(found.len() < count)

@@ -17,6 +17,7 @@ mod pendulum;
 mod plain;
 mod real;
 mod recorded;
+mod refuted;
 mod renamed;
 mod resumed;
 mod rounds;
