@@ -45,7 +45,8 @@ pub struct Score {
 impl<'a> Projection<'a> {
     /// None where the fit has no Jacobian.
     pub fn new(fit: &'a Fit) -> Option<Self> {
-        let Jacobian { matrix: jacobian, unknowns: columns, .. } = fit.jacobian.as_ref()?;
+        let is_whole = |own: &&Jacobian| own.matrix.nrows() == fit.residuals.len();
+        let Jacobian { matrix: jacobian, unknowns: columns, .. } = fit.jacobian.as_ref().filter(is_whole)?;
         let factor = Cholesky::new(normal(jacobian))?;
         let mut gradient = jacobian.tr_mul(&fit.residuals);
         for (k, &unknown) in columns.iter().enumerate() {

@@ -2,7 +2,8 @@
 //!
 //! Nocedal, Wright, "Numerical Optimization", 2nd ed., section 10.3.  Between fresh Jacobians the last one is corrected
 //! by Broyden's rank-one update (Broyden 1965), because a Jacobian costs a run per unknown and shot and an update none;
-//! a fit counts as converged only on a fresh one.  A step changes no unknown by more than its limit, and none goes beyond its bounds.
+//! a fit counts as converged only on a fresh one.  The matrix of the normal equations follows by rank two, which costs a product of the Jacobian
+//! with one vector instead of one with itself.  A step changes no unknown by more than its limit, and none goes beyond its bounds.
 
 use std::ops::ControlFlow;
 
@@ -54,7 +55,8 @@ pub(crate) fn minimise_over(
         Some(known) => (complete(problem, (&best.xi, &best.runs), weighing, known, effort.difference)?, 1),
         None => (DMatrix::zeros(0, 0), OLD),
     };
-    let mut descent = Descent { problem, weighing, free, effort, best, jacobian, age, damping: DAMPING.0 };
+    let normal = squared(&jacobian);
+    let mut descent = Descent { problem, weighing, free, effort, best, jacobian, normal, age, damping: DAMPING.0 };
     while descent.best.steps < effort.steps && descent.step()?.is_continue() {}
     Ok(descent.end())
 }
@@ -67,6 +69,8 @@ struct Descent<'a> {
     effort: Effort,
     best: Fit,
     jacobian: DMatrix<f64>,
+    /// The Jacobian, transposed, times itself.
+    normal: DMatrix<f64>,
     /// Steps since the Jacobian was computed.
     age: usize,
     damping: f64,
@@ -84,13 +88,14 @@ impl Descent<'_> {
         if self.age >= self.effort.reuse && is_worthwhile {
             let at = (self.best.xi.as_slice(), &self.best.runs);
             self.jacobian = self.problem.jacobian(at, self.weighing, self.free, self.effort.difference)?;
+            self.normal = squared(&self.jacobian);
             self.age = 0;
         }
         let mut gradient = self.jacobian.tr_mul(&self.best.residuals);
         for (k, &unknown) in self.free.iter().enumerate() {
             gradient[k] += self.best.xi[unknown];
         }
-        let mut normal = squared(&self.jacobian);
+        let mut normal = self.normal.clone();
         // What stands at the end of where it may go and would go on is held (Bertsekas 1982: projected Newton methods).
         for (k, &unknown) in self.free.iter().enumerate() {
             let (low, high) = self.problem.unknowns[unknown].bounds;
@@ -147,7 +152,9 @@ impl Descent<'_> {
         let moved = self.free.iter().map(|&k| next.xi[k] - self.best.xi[k]);
         let moved = DVector::from_iterator(self.free.len(), moved);
         let error = &next.residuals - &self.best.residuals - &self.jacobian * &moved;
-        self.jacobian.ger(1.0 / moved.norm_squared().max(1e-300), &error, &moved, 1.0);
+        let weight = 1.0 / moved.norm_squared().max(1e-300);
+        corrected(&mut self.normal, (&self.jacobian, &error), &moved, weight);
+        self.jacobian.ger(weight, &error, &moved, 1.0);
         self.damping = if ratio > 0.6 { self.damping * 0.2 } else { self.damping };
         self.age = if ratio < 0.3 { OLD } else { self.age.saturating_add(1) };
         self.best = Fit { steps: self.best.steps, ..next };
@@ -156,6 +163,23 @@ impl Descent<'_> {
     fn end(self) -> Fit {
         let fresh = self.age == 0 && self.free.len() == self.problem.unknowns.len();
         Fit { fresh, jacobian: Some(Jacobian::new(self.jacobian, self.free.to_vec())), ..self.best }
+    }
+}
+
+/// What `J'J` becomes when `weight error moved'` is added to `J`.
+fn corrected(
+    normal: &mut DMatrix<f64>,
+    (jacobian, error): (&DMatrix<f64>, &DVector<f64>),
+    moved: &DVector<f64>,
+    weight: f64,
+) {
+    // Half of the square stands in either of the two products that mirror each other, so that the matrix stays symmetric to the bit.
+    let half = weight * (jacobian.tr_mul(error) + 0.5 * weight * error.norm_squared() * moved);
+    for i in 0..normal.nrows() {
+        for k in 0..=i {
+            normal[(i, k)] += half[i] * moved[k] + moved[i] * half[k];
+            normal[(k, i)] = normal[(i, k)];
+        }
     }
 }
 
@@ -203,4 +227,23 @@ fn damped_step(
     }
     let curved = step.dot(&(normal * &step)) + step.norm_squared();
     Some((step.clone(), -(2.0 * gradient.dot(&step) + curved)))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::{corrected, squared};
+
+    #[test]
+    fn normal_equations_follow_a_corrected_jacobian() {
+        let mut jacobian = DMatrix::from_fn(40, 5, |i, k| ((3 * i + 7 * k) as f64).sin() + 0.1 * k as f64);
+        let error = DVector::from_fn(40, |i, _| (0.7 * i as f64).cos());
+        let moved = DVector::from_fn(5, |k, _| 0.3 - 0.2 * k as f64);
+        let (mut normal, weight) = (squared(&jacobian), 1.0 / moved.norm_squared());
+        corrected(&mut normal, (&jacobian, &error), &moved, weight);
+        jacobian.ger(weight, &error, &moved, 1.0);
+        assert!((&normal - jacobian.transpose() * &jacobian).amax() < 1e-12 * normal.amax());
+        assert_eq!(normal, normal.transpose());
+    }
 }

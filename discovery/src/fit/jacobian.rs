@@ -27,6 +27,12 @@ impl Jacobian {
         let invert = || Cholesky::new(normal(&self.matrix)).map(|factor| factor.inverse());
         self.covariance.get_or_init(invert).as_ref()
     }
+
+    /// The covariance without the derivatives that it is from; it has no rows.
+    pub(crate) fn summary(&self) -> Self {
+        let covariance = OnceLock::from(self.covariance().cloned());
+        Self { matrix: DMatrix::zeros(0, self.matrix.ncols()), unknowns: self.unknowns.clone(), covariance }
+    }
 }
 
 /// `J'J`.  The product of a transposed copy is one of blocks, several times as fast as one of columns with each other.

@@ -107,6 +107,13 @@ impl Fit {
         })
     }
 
+    /// Forgets the derivatives but for what they say of the unknowns: they are megabytes of every fit.
+    pub(crate) fn forget_derivatives(&mut self) {
+        if let Some(own) = &self.jacobian {
+            (self.jacobian, self.fresh) = (Some(own.summary()), false);
+        }
+    }
+
     /// How many standard errors lie between some unknowns and others that are so far `away`, with a third sort held where they are:
     /// `sqrt(a'Ia)` with the information `I` on them when all else follows (Wald 1943).
     pub fn errors_beside(&self, unknowns: &[usize], away: &[f64], held: &[usize]) -> Option<f64> {

@@ -10,6 +10,7 @@
 
 use hyd_system::math;
 
+use super::Start;
 use super::context::{Search, patience};
 use super::pass::{Findings, Pass, Status, Tried, by_cost};
 use super::rule;
@@ -190,7 +191,8 @@ impl Search<'_> {
         let again = law.known_to(self.workshop, |workshop| -> Result<Option<Findings>, Fault> {
             let search = Search { workshop, ..self.again() };
             let Some(fit) = search.as_text(&law, grown)? else { return Ok(None) };
-            search.from(std::mem::take(&mut findings.passes), found.clone(), Some(fit)).map(Some)
+            let passes = std::mem::take(&mut findings.passes);
+            search.from(passes, found.clone(), Start::Fit(Box::new(fit))).map(Some)
         })?;
         let Some(mut again) = again else {
             findings.no_law = Some(format!("the text of `{}` does not mean what was fitted", law.equation()));

@@ -53,22 +53,46 @@ const MOST_EFFECTS: usize = 3;
 /// Share of what a candidate explains that another local minimum of the fit without may explain as well.
 const ELSEWHERE: f64 = 0.2;
 
+/// How the first pass begins.
+enum Start {
+    /// With a fit from what is expected.
+    Afresh,
+    /// With this fit.
+    Fit(Box<Fit>),
+    /// It has begun.
+    Begun(Box<Pass>),
+}
+
 impl Search<'_> {
     /// Searches.
     ///
     /// # Errors
     /// When the base model does not run, or a text cannot be translated.
     pub fn run(&self) -> Result<Findings, Fault> {
-        self.from(Vec::new(), Vec::new(), None)
+        self.run_from(None)
     }
 
-    /// Goes on after these passes, with what was found and the fit of it.
-    fn from(&self, mut passes: Vec<Pass>, found: Vec<Candidate>, mut start: Option<Fit>) -> Result<Findings, Fault> {
+    /// The same with a first pass that was begun before, if there is one.
+    fn run_from(&self, begun: Option<Pass>) -> Result<Findings, Fault> {
+        self.from(Vec::new(), Vec::new(), begun.map_or(Start::Afresh, |pass| Start::Begun(Box::new(pass))))
+    }
+
+    /// Goes on after these passes, with what was found.
+    fn from(&self, mut passes: Vec<Pass>, found: Vec<Candidate>, start: Start) -> Result<Findings, Fault> {
         let mut found = Found::of(found);
+        let (mut begun, mut start) = match start {
+            Start::Afresh => (None, None),
+            Start::Fit(fit) => (None, Some(*fit)),
+            Start::Begun(pass) => (Some(*pass), None),
+        };
         let mut refused: Vec<Candidate> = Vec::new();
         let mut revisited = !passes.is_empty();
         loop {
-            let mut pass = self.pass(&found.effects(), start.take(), &refused)?;
+            let mut pass = match begun.take() {
+                Some(pass) => pass,
+                None => self.begin(found.effects(), start.take())?,
+            };
+            pass = self.pass(pass, &refused)?;
             pass.explained = passes.first().map_or(0.0, |first| first.fit.cost - pass.fit.cost);
             let mut outcome = self.settle(&mut pass)?;
             let is_another = match passes.last_mut() {
@@ -120,6 +144,9 @@ impl Search<'_> {
                 found.all.iter_mut().zip(inserts).for_each(|(own, plainer)| own.candidate = plainer);
                 start = Some(again);
             }
+            if let Some(before) = passes.last_mut() {
+                before.forget_derivatives();
+            }
             passes.push(pass);
             if let Some((out, again)) = needless {
                 let without = found.remove(out);
@@ -149,11 +176,10 @@ impl Search<'_> {
         }
     }
 
-    /// One pass: the fit without, the screening and the fits of candidates.  Begun again where the fit without reaches a
+    /// One pass after the fit without: the screening and the fits of candidates.  Begun again where the fit without reaches a
     /// lower local minimum on the way.
-    fn pass(&self, found: &[Candidate], start: Option<Fit>, refused: &[Candidate]) -> Result<Pass, Fault> {
-        let mut pass = self.begin(found.to_vec(), start)?;
-        if found.len() >= MOST_EFFECTS {
+    fn pass(&self, mut pass: Pass, refused: &[Candidate]) -> Result<Pass, Fault> {
+        if pass.base.inserts.len() >= MOST_EFFECTS {
             // What the rest looks like is told; no further effect would be named.
             self.look(&mut pass, refused)?;
             return Ok(pass);
@@ -169,7 +195,7 @@ impl Search<'_> {
             return Ok(pass);
         }
         (self.progress)("once more, from a lower local minimum");
-        let mut again = self.begin(found.to_vec(), Some(pass.fit.clone()))?;
+        let mut again = self.begin(pass.base.inserts.clone(), Some(pass.fit.clone()))?;
         again.is_again = true;
         again.record = std::mem::take(&mut pass.record);
         self.explain(&mut again, refused, Some(pass))?;

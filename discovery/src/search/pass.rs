@@ -121,6 +121,17 @@ pub struct Pass {
     pub confusions: Vec<Confusion>,
 }
 
+impl Pass {
+    /// Forgets the derivatives of what was tried: the search has gone on.
+    pub(super) fn forget_derivatives(&mut self) {
+        for tried in self.tried.iter_mut().chain(&mut self.terms) {
+            if let Some(fit) = &mut tried.fit {
+                fit.forget_derivatives();
+            }
+        }
+    }
+}
+
 /// The outcome of a search.
 pub struct Findings {
     /// Status.

@@ -1,6 +1,7 @@
 //! Rounds of a search: what the best model leaves decides what counts as noise in the next one.
 //!
-//! The first round takes noise as it is stated.  Where even the best model leaves more, what it leaves is looked at
+//! The first round takes noise as it is stated, unless the fit of the base model leaves more, and nothing but, white noise: then there is nothing to be told from
+//! it under a wrong measure, and it is taken as it is found.  Where even the best model leaves more, what it leaves is looked at
 //! ([`crate::leftover`]): bad samples, hum, drift, parameters that scatter, and model error with a size and a correlation.  The
 //! search then begins again with these taken up, until they no longer change; waves that were named are taken up where they were
 //! ([`super::ends`]).  Effects that were named late, or that have a size of their
@@ -49,7 +50,11 @@ impl Search<'_> {
     /// As [`Search::run`].
     pub fn settled(&self) -> Result<(Findings, Option<Setup>), Fault> {
         let begun = self.setup.watch.runs();
-        let (mut findings, mut setup) = self.round()?;
+        let mut base = self.begin(Vec::new(), None)?;
+        let mut setup = self.louder(&mut base)?;
+        let first = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
+        let (mut findings, other) = first.round(Some(base))?;
+        setup = other.or(setup);
         let why = findings.no_law.clone();
         let (mut unexplained, mut earlier): (Option<Earlier>, Option<Earlier>) = (None, None);
         for round in 1..=MOST {
@@ -72,12 +77,13 @@ impl Search<'_> {
             let is_near = next.levels.iter().all(|level| level.size < NEAR);
             let ends = if is_near { Ends::of(&findings, current.setup)? } else { Ends::default() };
             let next = current.setup.disturbed(next)?;
-            let (again, other) = Search { setup: &next, ends, ..self.again() }.round()?;
-            let before = Earlier {
+            let (again, other) = Search { setup: &next, ends, ..self.again() }.round(None)?;
+            let mut before = Earlier {
                 findings: std::mem::replace(&mut findings, again),
                 setup: setup.replace(other.unwrap_or(next)),
                 left: left.1,
             };
+            before.findings.passes.iter_mut().for_each(Pass::forget_derivatives);
             let is_as_stated = before.setup.as_ref().unwrap_or(self.setup).disturbances.levels.is_empty();
             if is_as_stated && unexplained.is_none() && leaves_noise(&before.findings) {
                 unexplained = Some(before);
@@ -102,9 +108,35 @@ impl Search<'_> {
         Search { candidates: self.candidates.clone(), ends: self.ends.clone(), ..*self }
     }
 
-    /// One search; where the shots held out show a gap that the others hide, another one with others held out.
-    fn round(&self) -> Result<(Findings, Option<Setup>), Fault> {
-        let findings = self.with_law_if_needed(self.run()?)?;
+    /// The setup with noise as the fit of the base model leaves it, if that is more than stated and nothing but white noise; the fit is made again in it.
+    fn louder(&self, base: &mut Pass) -> Result<Option<Setup>, Fault> {
+        if base.fit.misfit <= adequate(base.expected) || !self.setup.disturbances.levels.is_empty() {
+            return Ok(None);
+        }
+        let known = &self.setup.disturbances;
+        let left = self.left(&base.base, &base.fit)?.disturbances;
+        if left.fitted() > known.fitted() || !left.is_noise() {
+            return Ok(None);
+        }
+        // What bad samples are is told once everything was tried that may be missing.
+        let next = Disturbances { spikes: known.spikes.clone(), ..left };
+        if !is_new(known, &next) {
+            return Ok(None);
+        }
+        (self.progress)("noise is more than stated, and is counted as it is");
+        let setup = self.setup.disturbed(next)?;
+        let problem = base.base.problem(&setup)?;
+        let whole = self.whole();
+        base.expected = problem.expected(&whole);
+        base.fit = minimise(&problem, &base.fit.xi, &whole, Effort::LONG, None)?;
+        base.record.note("from there, with noise as it is", &base.fit, base.expected);
+        drop(problem);
+        Ok(Some(setup))
+    }
+
+    /// One search, whose first pass may have begun; where the shots held out show a gap that the others hide, another one with others held out.
+    fn round(&self, begun: Option<Pass>) -> Result<(Findings, Option<Setup>), Fault> {
+        let findings = self.with_law_if_needed(self.run_from(begun)?)?;
         let other = if findings.hidden { self.setup.exchanged()? } else { None };
         let Some(other) = other else { return Ok((findings, None)) };
         (self.progress)("the shots held out show a gap that the others hide: holding out others");
@@ -113,16 +145,20 @@ impl Search<'_> {
         Ok((again, Some(other)))
     }
 
-    /// Findings with a law where one is missing; none is looked for where disturbances that are taken up next explain what is left.
+    /// Findings with a law where one is missing; none is looked for where disturbances that are taken up next explain what is left, or where that is
+    /// white noise, more than stated: the next round has the better measure for it.
     fn with_law_if_needed(&self, findings: Findings) -> Result<Findings, Fault> {
         if !Self::may_have_law(&findings) || self.scatter_instead(&findings)?.is_some() {
             return Ok(findings);
         }
         let Some(last) = findings.passes.last() else { return Ok(findings) };
         let found = self.left(&last.base, &last.fit)?;
-        let is_more = found.disturbances.fitted() > self.setup.disturbances.fitted();
+        let known = &self.setup.disturbances;
+        let is_more = found.disturbances.fitted() > known.fitted();
         let is_all = found.misfit * last.expected <= noise(last.expected);
-        if is_more && is_all { Ok(findings) } else { self.with_law(findings) }
+        let is_white = found.disturbances.is_noise() && is_new(known, &found.disturbances);
+        let is_for_the_next = if is_more { is_all } else { is_white };
+        if is_for_the_next { Ok(findings) } else { self.with_law(findings) }
     }
 
     /// What disturbs the bench by what the best model leaves; none where that is known already.
