@@ -36,6 +36,8 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
         "disturbed": disturbed::disturbed(scene, gaps),
         "remaining": disturbed::remaining(scene, gaps),
+        "refuted": findings.refuted.iter().map(|own| json!({"id": &*own.candidate.effect.id, "effect": own.candidate.label(),
+            "words": &*own.candidate.effect.words, "gap_times": number(own.by)})).collect::<Vec<_>>(),
         "found_before": nearest::found_before(scene)?,
         "nearest": nearest::nearest(scene)?,
         "location": location(findings, workshop),

@@ -1,5 +1,5 @@
 //! What came nearest where no single name is given: effects found in earlier passes, and the best candidates with their sizes, the
-//! misfit they leave and what they failed by.  Beside names, what shots held out refuted.
+//! misfit they leave and what they failed by.
 
 use serde_json::{Map, Value, json};
 
@@ -27,12 +27,14 @@ pub(super) fn found_before(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
     Ok(last.base.inserts.iter().enumerate().map(describe).collect())
 }
 
-/// The best candidates of the last pass; beside names only those that shots held out refuted.
+/// The best candidates of the last pass.
 pub(super) fn nearest(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
     let &Scene { setup, last, findings, .. } = scene;
-    let is_open = is_open(findings.status);
+    if !is_open(findings.status) {
+        return Ok(Vec::new());
+    }
     let mut values = Vec::new();
-    for tried in last.tried.iter().filter(|own| is_open || own.is_refuted).take(MOST) {
+    for tried in last.tried.iter().take(MOST) {
         let (Some(fit), Some(candidate)) = (&tried.fit, tried.hypothesis.inserts.last()) else { continue };
         let problem = tried.hypothesis.problem(setup)?;
         let parameters = sizes(&problem, fit, tried.hypothesis.inserts.len() - 1);

@@ -149,7 +149,8 @@ impl Search<'_> {
         mut found: Vec<Candidate>,
         outcome: Outcome,
     ) -> Result<Findings, Fault> {
-        let outcome = if self.withdraw(&mut passes, &mut found)? { Outcome::Unexplained } else { outcome };
+        let refuted = self.withdraw(&mut passes, &mut found)?;
+        let outcome = if refuted.is_empty() { outcome } else { Outcome::Unexplained };
         let found = &found[..];
         let (status, ambiguous) = (Status::Adequate, Vec::new());
         let mut findings = Findings {
@@ -164,6 +165,7 @@ impl Search<'_> {
             hidden: false,
             is_settled: true,
             given_up: None,
+            refuted,
             law: None,
             no_law: None,
         };

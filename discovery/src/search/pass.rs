@@ -132,6 +132,15 @@ impl Pass {
     }
 }
 
+/// An effect that shots held out refuted.
+#[derive(Clone)]
+pub struct Refuted {
+    /// The effect.
+    pub candidate: Candidate,
+    /// How many times as large the gap on shots held out is with it.
+    pub by: f64,
+}
+
 /// The outcome of a search.
 pub struct Findings {
     /// Status.
@@ -156,6 +165,8 @@ pub struct Findings {
     pub is_settled: bool,
     /// What a further round named that was given up, because its models leave more.
     pub given_up: Option<String>,
+    /// Effects that were named and taken out again.
+    pub refuted: Vec<Refuted>,
     /// The law that was found, for [`Status::Law`].
     pub law: Option<Law>,
     /// Why terms that explain what is left are not a law.
@@ -175,6 +186,17 @@ impl Findings {
         let known = inserts(self);
         let labels: Vec<String> = known.iter().map(Candidate::label).collect();
         inserts(other).iter().all(|insert| labels.contains(&insert.label()))
+    }
+
+    /// Takes over what the round before refuted, but what these name.
+    pub(super) fn keep_refuted(&mut self, before: &[Refuted]) {
+        let inserts = self.passes.last().map(|last| last.base.inserts.clone()).unwrap_or_default();
+        let is_known = |all: &[Refuted], own: &Refuted| all.iter().any(|other| other.candidate.is_same(&own.candidate));
+        for own in before {
+            if !is_known(&self.refuted, own) && !inserts.iter().any(|named| named.is_same(&own.candidate)) {
+                self.refuted.push(own.clone());
+            }
+        }
     }
 
     /// The word of the status.

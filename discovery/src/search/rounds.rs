@@ -83,6 +83,7 @@ impl Search<'_> {
                 setup: setup.replace(other.unwrap_or(next)),
                 left: left.1,
             };
+            findings.keep_refuted(&before.findings.refuted);
             before.findings.passes.iter_mut().for_each(Pass::forget_derivatives);
             let is_as_stated = before.setup.as_ref().unwrap_or(self.setup).disturbances.levels.is_empty();
             if is_as_stated && unexplained.is_none() && leaves_noise(&before.findings) {
@@ -289,9 +290,11 @@ fn is_astray((before, was_left): (usize, f64), (named, left): (usize, f64)) -> b
     before > 0 && left > most * was_left
 }
 
-/// All fits of a pass but those that shots held out refuted: what they leave is no measure of the best that a model can do.
+/// All fits of a pass; that of its base alone where shots held out refuted an effect: others would imitate the same, and what they leave is no
+/// measure of the best that a model can do.
 fn fits(pass: &Pass) -> Vec<(&Hypothesis, &Fit)> {
-    let tried = pass.tried.iter().chain(&pass.terms).filter(|own| !own.is_refuted);
+    let is_refuted = pass.tried.iter().any(|own| own.is_refuted);
+    let tried = pass.tried.iter().chain(&pass.terms).filter(|_| !is_refuted);
     let tried = tried.filter_map(|own| Some((&own.hypothesis, own.fit.as_ref()?)));
     tried.chain([(&pass.base, &pass.fit)]).collect()
 }

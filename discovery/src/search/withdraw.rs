@@ -5,17 +5,17 @@
 //! beside those before it.
 
 use super::context::Search;
-use super::pass::Pass;
+use super::pass::{Pass, Refuted};
 use crate::catalogue::Candidate;
 use crate::fault::Fault;
 use crate::proof::unseen;
 use crate::thresholds::LEAD;
 
 impl Search<'_> {
-    /// Takes effects out again, the last first, as long as the gap on shots held out is larger with it; true if one was.  The pass that
-    /// named it says so, and is the last one then.
-    pub(super) fn withdraw(&self, passes: &mut Vec<Pass>, found: &mut Vec<Candidate>) -> Result<bool, Fault> {
-        let count = found.len();
+    /// Takes effects out again, the last first, as long as the gap on shots held out is larger with it.  The pass that
+    /// named one says so, and is the last one then.
+    pub(super) fn withdraw(&self, passes: &mut Vec<Pass>, found: &mut Vec<Candidate>) -> Result<Vec<Refuted>, Fault> {
+        let mut all = Vec::new();
         while let [.., before, last] = &passes[..]
             && found.len() > 1
             && !self.setup.held_out.is_empty()
@@ -31,8 +31,9 @@ impl Search<'_> {
                 own.verdict = format!("it makes the gap on shots held out larger, {by:.3} times");
                 own.is_refuted = true;
             }
+            all.push(Refuted { candidate: refuted, by });
         }
-        Ok(found.len() < count)
+        Ok(all)
     }
 
     /// The sum of squares that the shots held out leave in the model that a pass began with, with the tolerance of time of the fits.

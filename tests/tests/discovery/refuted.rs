@@ -124,10 +124,10 @@ fn a_further_effect_that_shots_held_out_refute_is_taken_out_again() {
     write(&folder, bends);
     let (stdout, report, named) = answer(&folder);
     assert_eq!(named, ["linear_drag"], "{stdout}");
-    let nearest = &report["nearest"][0];
-    assert_eq!(nearest["id"], "quadratic_drag", "{stdout}");
-    let why = nearest["criterion"].as_str().expect("a sentence");
-    assert!(why.starts_with("it makes the gap on shots held out larger") && stdout.contains(why), "{stdout}");
+    let refuted = &report["refuted"][0];
+    assert_eq!(refuted["id"], "quadratic_drag", "{stdout}");
+    assert!(refuted["gap_times"].as_f64().is_some_and(|times| times > 1.0), "{stdout}");
+    assert!(stdout.contains("refuted by the shots held out: quadratic_drag (drag)"), "{stdout}");
     // What is left counts as an error of the model, and is said to be there.
     assert!(stdout.contains("what every model leaves in x is") && report["remaining"].is_object(), "{stdout}");
     let unseen = |when: &str| report["gap"]["heldout"][when].as_f64().expect("a number");
@@ -141,6 +141,6 @@ fn a_further_effect_that_shots_held_out_confirm_stays() {
     write(&folder, two_drags);
     let (stdout, report, named) = answer(&folder);
     assert_eq!(named, ["linear_drag", "quadratic_drag"], "{stdout}");
-    assert_eq!(report["nearest"], serde_json::json!([]), "{stdout}");
+    assert_eq!(report["refuted"], serde_json::json!([]), "{stdout}");
     let _ = fs::remove_dir_all(&folder);
 }
