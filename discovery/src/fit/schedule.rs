@@ -80,7 +80,10 @@ impl Fit {
     }
 }
 
-/// Fits all unknowns to `shots` from `start` on a growing horizon; once more from the end of that where it is not good.
+/// Horizons of a second way, from where the first one ended.
+const FROM_THERE: [f64; 5] = [0.25, 0.4, 0.6, 0.8, 1.0];
+
+/// Fits all unknowns to `shots` from `start` on a growing horizon.
 ///
 /// # Errors
 /// When the model does not run at the start.
@@ -101,11 +104,7 @@ pub(crate) fn retry(
     record: &mut Record,
 ) -> Fit {
     let expected = problem.expected(&Weighing::whole(shots, tau));
-    let mut best = fit;
-    if let Ok(next) = along(problem, &best.xi, (shots, tau), &[0.25, 0.4, 0.6, 0.8, 1.0]) {
-        record.note("growing horizon from there", &next, expected);
-        best = lower(best, next);
-    }
+    let mut best = from_there(problem, fit, shots, tau, record);
     let mut draws = SplitMix(seed | 1);
     for k in 0..2 {
         if best.misfit / expected <= GOOD {
@@ -118,6 +117,14 @@ pub(crate) fn retry(
         }
     }
     best
+}
+
+/// Tries on another growing horizon from where a fit ended.  Returns the lower one.
+pub(crate) fn from_there(problem: &Problem<'_>, fit: Fit, shots: &[usize], tau: f64, record: &mut Record) -> Fit {
+    let expected = problem.expected(&Weighing::whole(shots, tau));
+    let Ok(next) = along(problem, &fit.xi, (shots, tau), &FROM_THERE) else { return fit };
+    record.note("growing horizon from there", &next, expected);
+    lower(fit, next)
 }
 
 /// Tries once more where an unknown ended far from what is expected although the misfit is all but noise: it may be the

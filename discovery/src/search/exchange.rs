@@ -84,7 +84,9 @@ impl Search<'_> {
             problem.unknowns[k].within(known.unwrap_or(0.0))
         });
         let start: Vec<f64> = start.collect();
-        let again = minimise(&problem, &start, &self.whole(), patience(&problem), None).ok();
+        // What does not catch up explains less, however far it is followed.
+        let effort = patience(&problem).against(fit.cost);
+        let again = minimise(&problem, &start, &self.whole(), effort, None).ok();
         drop(problem);
         Ok(again.map(|again| (other, again)))
     }

@@ -11,7 +11,7 @@ use crate::thresholds::noise;
 /// Most ties that a search goes on from.
 const TIES: usize = 2;
 /// Rivals that explained at least this share of what the effect did are kept, so many of them.
-const RIVALS: (f64, usize) = (0.5, 2);
+const RIVALS: (f64, usize) = (0.4, 5);
 
 /// Another effect that explained what one was taken up for.
 #[derive(Clone)]

@@ -53,6 +53,9 @@ const MOST_EFFECTS: usize = 3;
 /// Share of what a candidate explains that another local minimum of the fit without may explain as well.
 const ELSEWHERE: f64 = 0.2;
 
+/// A fit that ran out of steps is on a wrong way where it leaves more than this, in units of what noise leaves.
+const FAR: f64 = 2.0;
+
 /// How the first pass begins.
 enum Start {
     /// With a fit from what is expected.
@@ -289,11 +292,16 @@ impl Search<'_> {
         })
     }
 
-    /// A fit that ran out of steps above noise, but not far above, followed to its end.
+    /// A fit that ran out of steps above noise, followed to its end; far above noise it was on a wrong way, and goes another one from there.
     fn ended(&self, problem: &Problem<'_>, fit: Fit, record: &mut Record) -> Fit {
         let expected = problem.expected(&self.whole());
-        if fit.converged || fit.misfit <= noise(expected) || fit.misfit > 2.0 * expected {
+        if fit.converged || fit.misfit <= noise(expected) {
             return fit;
+        }
+        if fit.misfit > FAR * expected {
+            let is_fast = problem.machine.is_fast();
+            let (shots, tau) = (&self.setup.train, self.whole().tau);
+            return if is_fast { schedule::from_there(problem, fit, shots, tau, record) } else { fit };
         }
         let Ok(next) = minimise(problem, &fit.xi, &self.whole(), Effort::LONG, None) else { return fit };
         record.note("from there", &next, expected);
