@@ -15,6 +15,9 @@ use crate::fit::{Fit, minimise};
 use crate::hypothesis::Hypothesis;
 use crate::problem::Problem;
 
+/// How what is told of a rival begins.
+const BESIDE: &str = "with the other effects in the model";
+
 impl Search<'_> {
     /// Fits rivals in the places of all effects but the last one, and keeps the better one of each; the fit of what is in the model then.
     /// A tie that is decided is over, and what has lost is told so where it was fitted first.
@@ -43,13 +46,18 @@ impl Search<'_> {
                     [(&with, &fit), (&other, &again)].map(|(of, fit)| are_plausible(of, self.setup, fit, number));
                 let cost_drop = (fit.cost - again.cost) / scale;
                 match exchange(cost_drop, plausible) {
-                    Exchange::Stays => tell(passes, &rival.candidate, own, -cost_drop, plausible[1]),
+                    // It is asked again once another one is found.
+                    Exchange::Stays => {
+                        tell(passes, &rival.candidate, own, -cost_drop, plausible[1]);
+                        kept.push(rival);
+                    }
                     Exchange::Open => {
                         is_open = true;
                         kept.push(rival);
                     }
                     Exchange::Replaced => {
                         let numbers = numbers_of(&with.problem(self.setup)?, &fit, number);
+                        told_otherwise(passes, &rival.candidate);
                         tell(passes, own, &rival.candidate, cost_drop, plausible[0]);
                         let own = std::mem::replace(&mut found.all[number].candidate, rival.candidate);
                         kept.push(Rival { candidate: own, numbers });
@@ -109,16 +117,22 @@ impl Search<'_> {
 /// Says of a candidate, in the passes where it was fitted and nothing weightier spoke against it, that another one has its place now.
 fn tell(passes: &mut [Pass], candidate: &Candidate, winner: &Candidate, cost_drop: f64, is_plausible: bool) {
     let words = if is_plausible {
-        format!("with the other effects in the model, {} explains more, by {cost_drop:.0}", winner.label())
+        format!("{BESIDE}, {} explains more, by {cost_drop:.0}", winner.label())
     } else {
         let winner = winner.label();
-        format!(
-            "with the other effects in the model its numbers are beyond what is plausible; {winner} is kept instead"
-        )
+        format!("{BESIDE} its numbers are beyond what is plausible; {winner} is kept instead")
     };
     let tried = passes.iter_mut().flat_map(|pass| &mut pass.tried);
     for own in tried.filter(|own| own.fit.is_some() && own.verdict.is_empty() && own.hypothesis.ends_with(candidate)) {
         own.verdict.clone_from(&words);
+    }
+}
+
+/// Takes back what was told of a candidate that has a place now.
+fn told_otherwise(passes: &mut [Pass], candidate: &Candidate) {
+    let tried = passes.iter_mut().flat_map(|pass| &mut pass.tried);
+    for own in tried.filter(|own| own.verdict.starts_with(BESIDE) && own.hypothesis.ends_with(candidate)) {
+        own.verdict.clear();
     }
 }
 

@@ -10,8 +10,8 @@ use crate::thresholds::noise;
 
 /// Most ties that a search goes on from.
 const TIES: usize = 2;
-/// Rivals that explained at least this share of what the effect did are kept, so many of them.
-const RIVALS: (f64, usize) = (0.4, 5);
+/// Rivals that explained at least this share of what the effect did (in the cost) are kept, so many of them.
+const RIVALS: (f64, usize) = (0.5, 5);
 
 /// Another effect that explained what one was taken up for.
 #[derive(Clone)]
@@ -61,8 +61,9 @@ impl Found {
 
     /// Takes up the candidate at this position of a pass that began with these effects.
     pub(super) fn take(&mut self, pass: &Pass, named: usize) {
-        let enough = RIVALS.0 * pass.tried[named].cost_drop;
-        let is_rival = |k: &usize| *k != named && !pass.tried[*k].is_nothing() && pass.tried[*k].cost_drop >= enough;
+        let explained = |k: usize| pass.tried[k].fit.as_ref().map_or(0.0, |fit| pass.fit.cost - fit.cost);
+        let enough = RIVALS.0 * explained(named);
+        let is_rival = |k: &usize| *k != named && !pass.tried[*k].is_nothing() && explained(*k) >= enough;
         let others: Vec<usize> = (0..pass.tried.len()).filter(is_rival).take(RIVALS.1).collect();
         self.put(pass, named, &others);
     }
