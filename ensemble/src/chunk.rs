@@ -67,7 +67,7 @@ impl Head {
 pub(crate) struct Recorder<'a> {
     columns: &'a [Column],
     parameters: Vec<f64>,
-    /// Values of the last row.
+    /// The last row, none before the first.
     last: Vec<f64>,
     /// All rows: member, time, then the columns; `None` if they are not wanted.
     rows: Option<&'a mut Rows>,
@@ -105,13 +105,18 @@ impl Rows {
 
 impl<'a> Recorder<'a> {
     pub(crate) fn new(columns: &'a [Column], rows: Option<&'a mut Rows>, follower: Follower, member: usize) -> Self {
-        let (last, parameters) = (vec![f64::NAN; columns.len()], Vec::new());
+        let (last, parameters) = (Vec::new(), Vec::new());
         Self { columns, parameters, last, rows, follower, begun: false, member: member as i64 }
     }
 
     /// The run is over.
     pub(crate) fn taken(mut self) -> Taken {
-        Taken { last: self.last, measured: self.follower.values() }
+        // A model whose variables are all parameters has an empty row.
+        let value = |column: &Column| match self.begun {
+            true => column.value(&self.last, &self.parameters),
+            false => f64::NAN,
+        };
+        Taken { last: self.columns.iter().map(value).collect(), measured: self.follower.values() }
     }
 }
 
@@ -130,15 +135,15 @@ impl Sink for Recorder<'_> {
         if kind == RowKind::Within {
             return Ok(());
         }
-        for (column, last) in self.columns.iter().zip(&mut self.last) {
-            *last = column.value(values, &self.parameters);
-        }
+        // Columns are picked out of it once it is known to be the last.
+        self.last.clear();
+        self.last.extend_from_slice(values);
         if let Some(rows) = &mut self.rows {
             rows.values.resize_with(self.columns.len() + 1, Vec::new);
             rows.members.push(self.member);
             rows.values[0].push(t);
-            for (value, column) in self.last.iter().zip(&mut rows.values[1..]) {
-                column.push(*value);
+            for (own, column) in self.columns.iter().zip(&mut rows.values[1..]) {
+                column.push(own.value(values, &self.parameters));
             }
         }
         Ok(())

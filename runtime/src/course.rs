@@ -1,7 +1,6 @@
 //! Values of all variables at a few points of a run that failed, for messages: how it began and how it ended.
 //! The points of the last steps are kept while a run goes on.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use hyd_system::{Place, Tables};
@@ -14,40 +13,54 @@ const SHOWN: [usize; 5] = [16, 8, 4, 2, 1];
 /// The last points of larger systems are not kept.
 const MOST_UNKNOWNS: usize = 2000;
 
-/// The points at the ends of the last steps.
+/// The points at the ends of the last steps, one after the other in a ring.
 #[derive(Clone, Default)]
 pub(crate) struct Recent {
-    points: VecDeque<(f64, Vec<f64>, Vec<f64>)>,
+    unknowns: usize,
+    /// Points noted in the run.
+    count: usize,
+    times: [f64; KEPT],
+    /// Values and rates of each point.
+    values: Vec<f64>,
 }
 
 impl Recent {
     /// A run begins.
     pub(crate) fn clear(&mut self) {
-        self.points.clear();
+        self.count = 0;
     }
 
     /// A step has been done.
     pub(crate) fn note(&mut self, t: f64, y: &[f64], yp: &[f64]) {
-        if y.len() > MOST_UNKNOWNS {
-            return;
+        if y.len() <= MOST_UNKNOWNS {
+            let (own_y, own_yp) = self.next(t, y.len());
+            own_y.copy_from_slice(y);
+            own_yp.copy_from_slice(yp);
         }
-        // Room of the oldest point is used again.
-        let mut own = match self.points.len() {
-            KEPT => self.points.pop_front().unwrap_or_default(),
-            _ => Default::default(),
-        };
-        own.0 = t;
-        own.1.clear();
-        own.1.extend_from_slice(y);
-        own.2.clear();
-        own.2.extend_from_slice(yp);
-        self.points.push_back(own);
+    }
+
+    /// Room for the values and the rates of the next point, at `t` (s), which takes that of the oldest.
+    #[inline(always)]
+    pub(crate) fn next(&mut self, t: f64, unknowns: usize) -> (&mut [f64], &mut [f64]) {
+        if self.unknowns != unknowns {
+            (self.unknowns, self.count) = (unknowns, 0);
+            self.values.resize(KEPT * 2 * unknowns, 0.0);
+        }
+        let place = self.count % KEPT;
+        self.count += 1;
+        self.times[place] = t;
+        self.values[place * 2 * unknowns..(place + 1) * 2 * unknowns].split_at_mut(unknowns)
     }
 
     /// Some of them, ever closer to the last one, which is not among them.
     pub(crate) fn points(&self) -> impl Iterator<Item = (f64, &[f64], &[f64])> {
-        let place = |back: usize| self.points.len().checked_sub(back + 1).and_then(|k| self.points.get(k));
-        SHOWN.into_iter().filter_map(place).map(|(t, y, yp)| (*t, y.as_slice(), yp.as_slice()))
+        let kept = self.count.min(KEPT);
+        SHOWN.into_iter().filter(move |&back| back < kept).map(|back| {
+            let place = (self.count - back - 1) % KEPT;
+            let values = &self.values[place * 2 * self.unknowns..(place + 1) * 2 * self.unknowns];
+            let (y, yp) = values.split_at(self.unknowns);
+            (self.times[place], y, yp)
+        })
     }
 }
 

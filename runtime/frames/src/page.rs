@@ -20,6 +20,10 @@ const VALUES: usize = 1 << 17;
 /// Bytes of a page of texts after which another one begins.
 const TEXT_BYTES: usize = 1 << 20;
 
+/// A chunk of no more bytes is not compressed: a few numbers become hardly smaller, and take microseconds on the way in and out, which
+/// adds up where sweeps write some of many columns at a time.
+const FEW_BYTES: usize = 256;
+
 /// Encodings as their numbers stand in headers.
 const PLAIN: i32 = 0;
 const LEVELS: i32 = 3;
@@ -36,6 +40,8 @@ pub(crate) struct Size {
     pub(crate) compressed: u64,
     /// Bytes before compression.
     pub(crate) plain: u64,
+    /// It is not compressed.
+    pub(crate) is_plain: bool,
 }
 
 /// Encodes chunks one after the other.
@@ -99,14 +105,20 @@ impl PageEncoder {
 
     /// Header and compressed bytes of what stands in `plain`.
     fn page(&mut self, values: usize, encoding: i32, out: &mut Vec<u8>, size: &mut Size) -> io::Result<()> {
-        self.compressed.clear();
-        self.compressed.reserve(zstd::zstd_safe::compress_bound(self.plain.len()));
-        self.compressor.compress_to_buffer(&self.plain, &mut self.compressed)?;
+        // Only a chunk of one page has so small a first one.
+        let is_first = size.plain == 0;
+        size.is_plain |= is_first && self.plain.len() <= FEW_BYTES;
+        if !size.is_plain {
+            self.compressed.clear();
+            self.compressed.reserve(zstd::zstd_safe::compress_bound(self.plain.len()));
+            self.compressor.compress_to_buffer(&self.plain, &mut self.compressed)?;
+        }
+        let bytes = if size.is_plain { &self.plain } else { &self.compressed };
         let begin = out.len();
-        header([self.plain.len(), self.compressed.len(), values], encoding, out)?;
+        header([self.plain.len(), bytes.len(), values], encoding, out)?;
         let head = out.len() - begin;
-        out.extend_from_slice(&self.compressed);
-        size.compressed += (head + self.compressed.len()) as u64;
+        out.extend_from_slice(bytes);
+        size.compressed += (head + bytes.len()) as u64;
         size.plain += (head + self.plain.len()) as u64;
         Ok(())
     }

@@ -157,9 +157,11 @@ impl FrameWriter {
                 Physical::DOUBLE => Encoding::BYTE_STREAM_SPLIT,
                 _ => Encoding::PLAIN,
             };
+            let compression =
+                if chunk.size.is_plain { Compression::UNCOMPRESSED } else { Compression::ZSTD(ZstdLevel::default()) };
             ColumnChunkMetaData::builder(column)
                 .set_encodings(vec![encoding])
-                .set_compression(Compression::ZSTD(ZstdLevel::default()))
+                .set_compression(compression)
                 .set_num_values(group.rows as i64)
                 .set_total_compressed_size(chunk.size.compressed as i64)
                 .set_total_uncompressed_size(chunk.size.plain as i64)

@@ -29,15 +29,18 @@ macro_rules! addresses {
 /// Position of the function that fills in [`hyd_system::angles::Angles`], of which it takes a count and an address.
 pub const SINES_AND_COSINES: usize = 24;
 
+/// Position of the function that fills in [`hyd_system::powers::Powers`], likewise.
+pub const POWERS: usize = SINES_AND_COSINES + 1;
+
 /// Number of entries.
-pub(crate) const COUNT: usize = SINES_AND_COSINES + 1;
+pub(crate) const COUNT: usize = POWERS + 1;
 
 const _: () = assert!(Function::ALL.len() == SINES_AND_COSINES, "the table has one entry per function");
 
-/// Addresses of the functions.
-pub(crate) fn table(sines_and_cosines: usize) -> [usize; COUNT] {
+/// Addresses of the functions; `grouped` are those for groups, from [`SINES_AND_COSINES`] on.
+pub(crate) fn table(grouped: [usize; COUNT - SINES_AND_COSINES]) -> [usize; COUNT] {
     let single = addresses!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23);
-    std::array::from_fn(|k| single.get(k).copied().unwrap_or(sines_and_cosines))
+    std::array::from_fn(|k| if k < SINES_AND_COSINES { single[k] } else { grouped[k - SINES_AND_COSINES] })
 }
 
 /// Position of a function in the table.
@@ -54,6 +57,6 @@ mod tests {
         for (k, &function) in Function::ALL.iter().enumerate() {
             assert_eq!(position(function), k);
         }
-        assert!(table(1).iter().all(|&address| address != 0));
+        assert!(table([1, 2]).iter().all(|&address| address != 0));
     }
 }

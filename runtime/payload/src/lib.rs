@@ -48,7 +48,7 @@ pub mod vm;
 
 pub use codec::Damage;
 pub use engine::{Backend, Engine};
-pub use functions::{SINES_AND_COSINES, position as function_position};
+pub use functions::{POWERS, SINES_AND_COSINES, position as function_position};
 pub use instance::{Instance, Point};
 pub use loaded::Loaded;
 pub use mapping::{Code, NativeCode};

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use hyd_index::IndexVec;
 use hyd_system::angles::{self, Angles};
+use hyd_system::powers::{self, Powers};
 use memmap2::{Mmap, MmapMut};
 
 use crate::functions::{self, COUNT};
@@ -31,7 +32,7 @@ pub(crate) struct Context {
 }
 
 type Entry = unsafe extern "C" fn(*const Context);
-type Grouped = unsafe extern "C" fn(usize, *mut Angles);
+type Grouped<T> = unsafe extern "C" fn(usize, *mut T);
 
 /// What generated code calls for groups of angles.
 unsafe extern "C" fn sines_and_cosines(count: usize, groups: *mut Angles) {
@@ -40,6 +41,13 @@ unsafe extern "C" fn sines_and_cosines(count: usize, groups: *mut Angles) {
     // written, and numbers whatever its bytes are.
     let groups = unsafe { std::slice::from_raw_parts_mut(groups, count) };
     angles::sines_and_cosines(groups);
+}
+
+/// What generated code calls for groups of powers.
+unsafe extern "C" fn raised(count: usize, groups: *mut Powers) {
+    // SAFETY: as above, with bases and exponents in place of angles, and values in place of sines and cosines.
+    let groups = unsafe { std::slice::from_raw_parts_mut(groups, count) };
+    powers::powers(groups);
 }
 
 /// Machine code of a program, independent of where it is mapped.
@@ -135,7 +143,8 @@ impl NativeCode {
         };
         let start = pages.as_ref().map_or(0, |pages| pages.as_ptr() as usize);
         let bodies = code.bodies.iter().map(|&position| start + position as usize).collect();
-        Ok(Self { pages, code, functions: functions::table(sines_and_cosines as Grouped as usize), bodies })
+        let grouped = [sines_and_cosines as Grouped<Angles> as usize, raised as Grouped<Powers> as usize];
+        Ok(Self { pages, code, functions: functions::table(grouped), bodies })
     }
 
     /// Bytes of machine code.

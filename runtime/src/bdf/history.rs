@@ -120,6 +120,7 @@ impl History {
 
     /// Takes over a known past: `phi_j` from the values at `t, t - h, .., t - order h`, which `value` writes; next step `h`.
     pub(super) fn resume(&mut self, t: f64, h: f64, order: usize, mut value: impl FnMut(f64, &mut [f64])) {
+        self.phi.fill([0.0; LANES]);
         for j in 0..=order {
             value(t - j as f64 * h, self.phi_mut(j));
         }
@@ -134,7 +135,6 @@ impl History {
                 }
             }
         }
-        self.phi[(order + 1) * width..].fill([0.0; LANES]);
         for (j, psi) in self.psi.iter_mut().enumerate() {
             *psi = (j + 1) as f64 * h;
         }

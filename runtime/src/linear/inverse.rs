@@ -54,25 +54,18 @@ impl Inverse {
         for (row, column, value) in entries {
             all[row * width * LANES + column] = value;
         }
-        let rows = &mut self.rows;
+        self.columns.resize(n * width, [0.0; LANES]);
+        let (rows, columns) = (&mut self.rows, &mut self.columns);
         let is_made = wide(
             #[inline(always)]
             || match width {
-                1 => eliminate::<1>(rows, pivots, largest, drift),
-                2 => eliminate::<2>(rows, pivots, largest, drift),
-                3 => eliminate::<3>(rows, pivots, largest, drift),
-                _ => eliminate::<4>(rows, pivots, largest, drift),
+                1 => invert::<1>(rows, columns, pivots, largest, drift),
+                2 => invert::<2>(rows, columns, pivots, largest, drift),
+                3 => invert::<3>(rows, columns, pivots, largest, drift),
+                _ => invert::<4>(rows, columns, pivots, largest, drift),
             },
         );
         self.width = if is_made { width } else { 0 };
-        // What stands at (row k, column l) of the pivots is that of (column k, row l) of the inverse.
-        self.columns.resize(n * width, [0.0; LANES]);
-        let (made, columns) = (self.rows.as_flattened(), self.columns.as_flattened_mut());
-        for (row, to) in pivots.iter().map(|pivot| (pivot.row as usize, pivot.column as usize)) {
-            for (at, from) in pivots.iter().map(|pivot| (pivot.row as usize, pivot.column as usize)) {
-                columns[at * width * LANES + to] = made[row * width * LANES + from];
-            }
-        }
         is_made
     }
 
@@ -116,6 +109,29 @@ fn add_multiple<const T: usize>(sum: &mut [Tile; T], column: &[Tile; T], value: 
             sum[lane] += entry[lane] * value;
         }
     }
+}
+
+/// The columns of the inverse of a matrix that is given row by row.
+#[inline(always)]
+fn invert<const T: usize>(
+    rows: &mut [Tile],
+    columns: &mut [Tile],
+    pivots: &[Pivot],
+    largest: impl Fn(usize) -> f64,
+    drift: f64,
+) -> bool {
+    if !eliminate::<T>(rows, pivots, largest, drift) {
+        return false;
+    }
+    // What stands at (row k, column l) of the pivots is that of (column k, row l) of the inverse.
+    let (rows, columns) = (rows.as_chunks::<T>().0, columns.as_chunks_mut::<T>().0);
+    for own in pivots {
+        let (made, to) = (rows[own.row as usize].as_flattened(), own.column as usize);
+        for other in pivots {
+            columns[other.row as usize].as_flattened_mut()[to] = made[other.column as usize];
+        }
+    }
+    true
 }
 
 /// Gauss-Jordan elimination in place.

@@ -118,7 +118,8 @@ impl LinearSolver {
         {
             return;
         }
-        x.copy_from_slice(b);
+        // With what fills the last tile: a correction that was not finite may have left something there.
+        x.tiles_mut().copy_from_slice(b.tiles());
         self.solve(x);
     }
 

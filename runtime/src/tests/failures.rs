@@ -8,6 +8,7 @@ use hyd_system::{DaeSystem, LoopError};
 
 use super::systems::hybrid::{Chatterer, Loop, Scalar, Vanishing};
 use super::systems::smooth::Decay;
+use super::systems::varied::Varied;
 use super::systems::{Hand, Model};
 use crate::{Cause, OptionError, Options, Simulator, SolveError, Stage, simulate};
 
@@ -162,6 +163,25 @@ fn a_run_that_is_refused_leaves_room_for_the_next() {
     let rows = |run: &Trajectory| -> Vec<Vec<f64>> { (0..run.len()).map(|k| run.row(k).to_vec()).collect() };
     assert!(run.len() > 2);
     assert_eq!(rows(&run), rows(&fresh));
+}
+
+#[test]
+fn a_run_that_failed_leaves_nothing_behind() {
+    // With parameters above 3 a rate has no value in the end.
+    let options = Options { intervals: 7, ..Options::new(0.0, 1.0).with_tolerance(1e-3) };
+    let mut system = Hand::new(Varied::new(5, 0.3));
+    let mut used = Simulator::new(system.structure());
+    let mut run = |simulator: &mut Simulator, parameter: f64| {
+        system.set_parameter(0, parameter).unwrap();
+        let outcome = simulator.run(&mut system, &options, &mut Discard, &|| false);
+        (outcome.is_ok(), *simulator.statistics())
+    };
+    for k in 0..20 {
+        assert!(!run(&mut used, 3.1 + 0.01 * f64::from(k)).0);
+        let parameter = 0.3 + 0.1 * f64::from(k);
+        let fresh = run(&mut Simulator::new(Hand::new(Varied::new(5, 0.3)).structure()), parameter);
+        assert_eq!(run(&mut used, parameter), fresh, "with {parameter}");
+    }
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod instant;
 mod lanes;
 pub mod math;
 mod parts;
+pub mod powers;
 pub mod random;
 mod series;
 mod tables;

@@ -53,6 +53,44 @@ fn numbers<'a>(frame: &'a Frame, name: &str) -> &'a [f64] {
     }
 }
 
+/// Columns of a few numbers are not compressed, others beside them and in other row groups are.
+#[test]
+fn columns_of_every_length_come_back() {
+    let folder = scratch("lengths");
+    let path = folder.join("l.parquet");
+    let columns = [("x", Kind::Number), ("zero", Kind::Number), ("n", Kind::Whole), ("word", Kind::Text)];
+    let group = |rows: usize| {
+        let word = |k: usize| if k.is_multiple_of(7) { "a longer word ".repeat(9) } else { String::new() };
+        [
+            Cells::Numbers((0..rows).map(|k| (k as f64).sqrt()).collect()),
+            Cells::Numbers(vec![0.0; rows]),
+            Cells::Wholes((0..rows as i64).map(|k| k * k - 5).collect()),
+            Cells::Texts((0..rows).map(word).collect()),
+        ]
+    };
+    let lengths = [1, 31, 32, 33, 1000, 2, 200_000, 3];
+    let mut writer =
+        FrameWriter::new(std::fs::File::create(&path).expect("made"), columns.into_iter(), &[]).expect("begun");
+    for rows in lengths {
+        writer.group(&group(rows)).expect("written");
+    }
+    writer.finish().expect("finished");
+    let frame = Frame::read(&path).expect("readable");
+    let (x, mut from) = (numbers(&frame, "x"), 0);
+    for rows in lengths {
+        let [Cells::Numbers(expected), _, Cells::Wholes(whole), Cells::Texts(words)] = group(rows) else { panic!() };
+        assert_eq!(x[from..from + rows], expected, "{rows}");
+        let (Some(Cells::Wholes(own)), Some(Cells::Texts(texts))) = (frame.column("n"), frame.column("word")) else {
+            panic!()
+        };
+        assert!(own[from..from + rows] == whole && texts[from..from + rows] == words, "{rows}");
+        from += rows;
+    }
+    assert_eq!(x.len(), from);
+    assert!(numbers(&frame, "zero").iter().all(|&zero| zero == 0.0));
+    std::fs::remove_dir_all(&folder).expect("removed");
+}
+
 /// More rows than memory keeps, of a model so wide that a row group passes through a scratch file.
 #[test]
 fn wide_runs_pass_through_a_scratch_file_and_come_back() {

@@ -10,9 +10,9 @@ use cranelift_frontend::FunctionBuilder;
 use hyd_symbolic::{Arena, BodyId, Function, MACHINE_LIMITS, Node, NodeId, Relation};
 use rustc_hash::FxHashMap;
 
-use hyd_payload::{SINES_AND_COSINES, function_position};
+use hyd_payload::{POWERS, SINES_AND_COSINES, function_position};
 
-use super::angles::Groups;
+use super::groups::Groups;
 use super::width::Width;
 
 /// A computed node in the forms asked for so far.
@@ -31,8 +31,8 @@ pub(super) struct Calls {
     pub unary: SigRef,
     /// Signature of functions of two arguments.
     pub binary: SigRef,
-    /// Signature of the function for groups of angles.
-    pub angles: SigRef,
+    /// Signature of the functions for groups.
+    pub grouped: SigRef,
     /// See [`super::isa::Target::rounds_inline`].
     pub rounds_inline: bool,
     /// Size of an address in bytes.
@@ -103,7 +103,7 @@ impl<'a> Values<'a> {
         Self { arena, calls, width, known, results, groups: Groups::default() }
     }
 
-    /// Computes all nodes of an order, operands first, sines and cosines together where there are several; leaves must
+    /// Computes all nodes of an order, operands first, sines, cosines and powers together where there are several; leaves must
     /// have been defined.
     pub(super) fn compute_all(&mut self, fb: &mut FunctionBuilder<'_>, order: &[NodeId]) {
         let mut order = order.to_vec();
@@ -129,8 +129,14 @@ impl<'a> Values<'a> {
             Node::If(c, a, b) => self.choice(fb, c, a, b),
             Node::Call1(function, a) => real(self.call1(fb, function, a)),
             Node::Call2(function, a, b) => {
-                let (a, b) = (self.real(fb, a), self.real(fb, b));
-                real(self.call2(fb, function, a, b))
+                let place = if function == Function::Pow { self.groups.place_of_power(a, b) } else { None };
+                real(match place {
+                    Some(place) => self.grouped_power(fb, place),
+                    None => {
+                        let (a, b) = (self.real(fb, a), self.real(fb, b));
+                        self.call2(fb, function, a, b)
+                    }
+                })
             }
             Node::Pair(..) => return,
             Node::Apply(body, output, list) => self.apply(fb, body, output, list),
@@ -279,9 +285,23 @@ impl<'a> Values<'a> {
         if let Some(angles) = self.groups.pending(place.0) {
             let angles: Vec<Value> = angles.into_iter().map(|angle| self.real(fb, angle)).collect();
             let callee = self.callee(fb, SINES_AND_COSINES);
-            self.groups.call(fb, place.0, &angles, (callee, self.calls.angles));
+            self.groups.call(fb, place.0, &angles, (callee, self.calls.grouped));
         }
         self.groups.read(fb, function, place)
+    }
+
+    /// A power that is computed with others.
+    fn grouped_power(&mut self, fb: &mut FunctionBuilder<'_>, place: (u32, u32)) -> Value {
+        if let Some(powers) = self.groups.pending_powers(place.0) {
+            let [mut bases, mut exponents] = [Vec::new(), Vec::new()];
+            for (base, exponent) in powers {
+                bases.push(self.real(fb, base));
+                exponents.push(self.real(fb, exponent));
+            }
+            let callee = self.callee(fb, POWERS);
+            self.groups.call_powers(fb, place.0, (&bases, &exponents), (callee, self.calls.grouped));
+        }
+        self.groups.read_power(fb, place)
     }
 
     fn call(&self, fb: &mut FunctionBuilder<'_>, function: Function, arguments: &[Value]) -> Value {

@@ -5,9 +5,9 @@
 //! runs wherever it is mapped: memory, slot tables and elementary functions are reached through the context.  A relocation
 //! left in the code is an error.  Mapping and calling is the job of [`NativeCode`].
 
-mod angles;
 mod body;
 mod expression;
+mod groups;
 mod isa;
 mod kernel;
 mod lanes;
@@ -148,7 +148,7 @@ impl<'a> Compiler<'a> {
         u32::try_from(start).map_err(|_| "the code exceeds 4 GB".into())
     }
 
-    /// Signatures of elementary functions of one and two arguments, of bodies, and of the function for groups of angles.
+    /// Signatures of elementary functions of one and two arguments, of bodies, and of the functions for groups.
     fn signatures(&self) -> [Signature; 4] {
         let unary = self.signature(&[types::F64], Some(types::F64));
         let binary = self.signature(&[types::F64, types::F64], Some(types::F64));
@@ -185,12 +185,12 @@ impl<'a> Compiler<'a> {
 
 /// What expressions need, from the context.
 fn calls(fb: &mut FunctionBuilder<'_>, signatures: [Signature; 4], context: Value, rounds_inline: bool) -> Calls {
-    let [unary, binary, body, angles] = signatures.map(|signature| fb.import_signature(signature));
+    let [unary, binary, body, grouped] = signatures.map(|signature| fb.import_signature(signature));
     Calls {
         table: field(fb, context, AREAS + 1),
         unary,
         binary,
-        angles,
+        grouped,
         rounds_inline,
         pointer_bytes: POINTER_BYTES,
         bodies: field(fb, context, AREAS + 2),

@@ -8,6 +8,7 @@ pub(crate) mod drive;
 pub(crate) mod hybrid;
 pub(crate) mod smooth;
 pub(crate) mod stiff;
+pub(crate) mod varied;
 pub(crate) mod waves;
 
 use std::sync::Arc;
@@ -38,6 +39,10 @@ pub(crate) trait Model: Send {
     fn roots(&self, _t: f64, _y: &[f64], _yp: &[f64], _out: &mut [f64]) {}
     fn held(&self, _out: &mut [bool]) {}
     fn bind(&mut self) {}
+    /// Sets the one parameter, of models that have one.
+    fn set(&mut self, _value: f64) -> bool {
+        false
+    }
     fn next_time_event(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
@@ -148,8 +153,8 @@ impl<M: Model> DaeSystem for Hand<M> {
     fn parameters(&self) -> &[f64] {
         &[]
     }
-    fn set_parameter(&mut self, _index: usize, _value: f64) -> Result<(), ParameterError> {
-        Err(ParameterError::NotSettable)
+    fn set_parameter(&mut self, _index: usize, value: f64) -> Result<(), ParameterError> {
+        if self.model.set(value) { Ok(()) } else { Err(ParameterError::NotSettable) }
     }
     fn bind(&mut self, _t0: f64) -> Result<(), EvalFailure> {
         self.model.bind();
