@@ -30,18 +30,12 @@ impl Recent {
         self.count = 0;
     }
 
-    /// A step has been done.
+    /// A step has been done; its point takes the room of the oldest.
     pub(crate) fn note(&mut self, t: f64, y: &[f64], yp: &[f64]) {
-        if y.len() <= MOST_UNKNOWNS {
-            let (own_y, own_yp) = self.next(t, y.len());
-            own_y.copy_from_slice(y);
-            own_yp.copy_from_slice(yp);
+        let unknowns = y.len();
+        if unknowns > MOST_UNKNOWNS {
+            return;
         }
-    }
-
-    /// Room for the values and the rates of the next point, at `t` (s), which takes that of the oldest.
-    #[inline(always)]
-    pub(crate) fn next(&mut self, t: f64, unknowns: usize) -> (&mut [f64], &mut [f64]) {
         if self.unknowns != unknowns {
             (self.unknowns, self.count) = (unknowns, 0);
             self.values.resize(KEPT * 2 * unknowns, 0.0);
@@ -49,7 +43,9 @@ impl Recent {
         let place = self.count % KEPT;
         self.count += 1;
         self.times[place] = t;
-        self.values[place * 2 * unknowns..(place + 1) * 2 * unknowns].split_at_mut(unknowns)
+        let values = &mut self.values[place * 2 * unknowns..(place + 1) * 2 * unknowns];
+        values[..unknowns].copy_from_slice(y);
+        values[unknowns..].copy_from_slice(yp);
     }
 
     /// Some of them, ever closer to the last one, which is not among them.

@@ -7,7 +7,7 @@ use super::{AllGaps, Scene, number};
 use crate::data::{Data, Trace};
 use crate::disturbance::{Added, Level, Spike};
 use crate::magnitude::shown;
-use crate::search::Status;
+use crate::search::{Findings, Refuted, Status};
 use crate::unknowns::Meaning;
 
 /// A channel with a gap below this is noisier by what was stated than it is.
@@ -181,7 +181,22 @@ pub(super) fn remaining(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         false => "model error",
     };
     let located = scene.last.located.first().map(|own| own.term.equation.clone());
-    json!({"share": number(share), "looks_like": looks_like, "first_place": located})
+    let amount = if share < 0.01 { "less than 1 %".to_string() } else { format!("{:.0} %", 100.0 * share) };
+    let sentence = format!("remaining: {amount} of the excess over noise, which looks like {looks_like}");
+    json!({"share": number(share), "looks_like": looks_like, "first_place": located, "sentence": sentence})
+}
+
+/// Effects that shots held out refuted.
+pub(super) fn refuted(findings: &Findings) -> Vec<Value> {
+    let describe = |own: &Refuted| {
+        let (effect, words) = (own.candidate.label(), &*own.candidate.effect.words);
+        let sentence = format!(
+            "refuted by the shots held out: {effect} ({words}), with which the gap there is {:.2} times as large",
+            own.by
+        );
+        json!({"id": &*own.candidate.effect.id, "effect": effect, "words": words, "gap_times": number(own.by), "sentence": sentence})
+    };
+    findings.refuted.iter().map(describe).collect()
 }
 
 /// The lines of the summary.
@@ -189,12 +204,13 @@ pub(super) fn lines(json: &Value, status: Status) -> Vec<String> {
     let sentences = json["disturbed"]["sentences"].as_array().into_iter().flatten();
     let mut lines: Vec<String> = sentences.filter_map(|own| own.as_str().map(String::from)).collect();
     let remaining = &json["remaining"];
-    if let (true, Some(share)) = (super::is_named(status), remaining["share"].as_f64()) {
-        let words = remaining["looks_like"].as_str().unwrap_or_default();
+    if let (true, Some(sentence)) = (super::is_named(status), remaining["sentence"].as_str()) {
         let place =
             remaining["first_place"].as_str().map_or_else(String::new, |at| format!(", first of all at `{at}`"));
-        let share = if share < 0.01 { "less than 1 %".to_string() } else { format!("{:.0} %", 100.0 * share) };
-        lines.push(format!("remaining: {share} of the excess over noise, which looks like {words}{place}"));
+        lines.push(format!("{sentence}{place}"));
     }
+    lines.extend(
+        json["refuted"].as_array().into_iter().flatten().filter_map(|own| own["sentence"].as_str().map(String::from)),
+    );
     lines
 }

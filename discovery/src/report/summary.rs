@@ -82,16 +82,6 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     for line in disturbed::lines(json, findings.status) {
         let _ = writeln!(text, "  {line}");
     }
-    for own in json["refuted"].as_array().into_iter().flatten() {
-        let word = |key: &str| own[key].as_str().unwrap_or_default();
-        let times = own["gap_times"].as_f64().unwrap_or(f64::NAN);
-        let _ = writeln!(
-            text,
-            "  refuted by the shots held out: {} ({}), with which the gap there is {times:.2} times as large",
-            word("effect"),
-            word("words")
-        );
-    }
     for line in nearest::lines(json) {
         let _ = writeln!(text, "  {line}");
     }

@@ -18,23 +18,32 @@ impl Search<'_> {
         doubted: &[usize],
     ) -> Result<Option<(usize, Fit)>, Fault> {
         for &out in doubted {
-            let mut rest = found.to_vec();
-            let dropped = rest.remove(out);
-            (self.progress)(&format!("fitting without {}", dropped.label()));
-            let hypothesis = Hypothesis::new(self.setup, self.workshop, found.to_vec())?;
-            let with = hypothesis.problem(self.setup)?;
-            let own = |k: &usize| with.unknowns[*k].effect.is_none_or(|part| part.effect != out);
-            let kept: Vec<usize> = (0..with.unknowns.len()).filter(own).collect();
-            let scale = (fit.misfit / with.expected(&self.whole())).max(1.0);
-            let start: Vec<f64> = kept.iter().map(|&k| fit.xi[k]).collect();
-            let without = Hypothesis::new(self.setup, self.workshop, rest)?;
-            let problem = without.problem(self.setup)?;
-            let Ok(again) = minimise(&problem, &start, &self.whole(), Effort::FULL, None) else { continue };
-            if (again.cost - fit.cost) / scale <= self.needed {
-                drop(problem);
+            (self.progress)(&format!("fitting without {}", found[out].label()));
+            let Some((rest, again)) = self.taken_out(found, fit, out)? else { continue };
+            let expected = rest.problem(self.setup)?.expected(&self.whole());
+            if (again.cost - fit.cost) / (fit.misfit / expected).max(1.0) <= self.needed {
                 return Ok(Some((out, again)));
             }
         }
         Ok(None)
+    }
+    /// The model without one of its effects, and its fit from where that with it ended; none where no fit succeeds.
+    pub(super) fn taken_out(
+        &self,
+        found: &[Candidate],
+        fit: &Fit,
+        out: usize,
+    ) -> Result<Option<(Hypothesis, Fit)>, Fault> {
+        let hypothesis = Hypothesis::new(self.setup, self.workshop, found.to_vec())?;
+        let with = hypothesis.problem(self.setup)?;
+        let is_kept = |k: &usize| with.unknowns[*k].effect.is_none_or(|part| part.effect != out);
+        let start: Vec<f64> = (0..with.unknowns.len()).filter(is_kept).map(|k| fit.xi[k]).collect();
+        let mut rest = found.to_vec();
+        rest.remove(out);
+        let rest = Hypothesis::new(self.setup, self.workshop, rest)?;
+        let problem = rest.problem(self.setup)?;
+        let again = minimise(&problem, &start, &self.whole(), Effort::FULL, None).ok();
+        drop(problem);
+        Ok(again.map(|again| (rest, again)))
     }
 }

@@ -1,8 +1,8 @@
 //! Is an effect that was found earlier still the best in its place, now that another one is in the model?
 //!
 //! As long as something else was missing, an effect may have been taken up because it imitated a part of that.  What stood against it is
-//! fitted in its place beside all others, and takes it where it explains more (the exchange of stepwise selection: Miller, Subset
-//! Selection in Regression, 2002, section 3.4).
+//! fitted in its place beside all others, and takes it where it explains more, or as much with fewer numbers (the exchange of stepwise selection:
+//! Miller, Subset Selection in Regression, 2002, section 3.4).
 
 use super::context::{Search, patience};
 use super::found::{Found, Rival};
@@ -15,12 +15,12 @@ use crate::fit::{Fit, minimise};
 use crate::hypothesis::Hypothesis;
 use crate::problem::Problem;
 
-/// How what is told of a rival begins.
+/// How a verdict on a rival begins.
 const BESIDE: &str = "with the other effects in the model";
 
 impl Search<'_> {
     /// Fits rivals in the places of all effects but the last one, and keeps the better one of each; the fit of what is in the model then.
-    /// A tie that is decided is over, and what has lost is told so where it was fitted first.
+    /// A tie that is decided is over, and what has lost gets its verdict where it was fitted first.
     ///
     /// # Errors
     /// A model that cannot be translated.
@@ -45,7 +45,11 @@ impl Search<'_> {
                 let plausible =
                     [(&with, &fit), (&other, &again)].map(|(of, fit)| are_plausible(of, self.setup, fit, number));
                 let cost_drop = (fit.cost - again.cost) / scale;
-                match exchange(cost_drop, plausible) {
+                // A tie is decided by what else is missing, not by being plain.
+                let is_tied = found.ties.iter().any(|tie| tie.number == number);
+                let numbers = [own, &rival.candidate].map(|of| of.effect.parameters.len());
+                let fewer = if is_tied { 0 } else { numbers[0].saturating_sub(numbers[1]) };
+                match exchange(cost_drop, plausible, fewer) {
                     // It is asked again once another one is found.
                     Exchange::Stays => {
                         tell(passes, &rival.candidate, own, -cost_drop, plausible[1]);
@@ -57,7 +61,7 @@ impl Search<'_> {
                     }
                     Exchange::Replaced => {
                         let numbers = numbers_of(&with.problem(self.setup)?, &fit, number);
-                        told_otherwise(passes, &rival.candidate);
+                        acquit(passes, &rival.candidate);
                         tell(passes, own, &rival.candidate, cost_drop, plausible[0]);
                         let own = std::mem::replace(&mut found.all[number].candidate, rival.candidate);
                         kept.push(Rival { candidate: own, numbers });
@@ -128,8 +132,8 @@ fn tell(passes: &mut [Pass], candidate: &Candidate, winner: &Candidate, cost_dro
     }
 }
 
-/// Takes back what was told of a candidate that has a place now.
-fn told_otherwise(passes: &mut [Pass], candidate: &Candidate) {
+/// Takes back the verdict on a candidate that has a place now.
+fn acquit(passes: &mut [Pass], candidate: &Candidate) {
     let tried = passes.iter_mut().flat_map(|pass| &mut pass.tried);
     for own in tried.filter(|own| own.verdict.starts_with(BESIDE) && own.hypothesis.ends_with(candidate)) {
         own.verdict.clear();

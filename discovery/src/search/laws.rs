@@ -198,6 +198,7 @@ impl Search<'_> {
             findings.no_law = Some(format!("the text of `{}` does not mean what was fitted", law.equation()));
             return Ok(findings);
         };
+        again.keep_refuted(&findings.refuted);
         let last = again.passes.last().filter(|_| again.status == Status::Named);
         match last.map(|last| self.hides(last)).transpose()? {
             Some(false) => {

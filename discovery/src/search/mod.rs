@@ -5,8 +5,8 @@
 //! candidate whose size ends within two standard errors of nothing is the fit without.  Where the drop of the cost is
 //! larger than that size accounts for, the fit without lies in another local minimum and the pass is begun again from a lower
 //! one.  A name needs a drop of the cost of 25, four standard errors, plausible numbers, a lead of 10 over the next one
-//! and residuals that are noise; plain terms at equations are rivals of every effect.  What stood against an effect is fitted in its
-//! place once another one is found, and a tie is gone on from ([`found`], [`exchange`]).
+//! and residuals that are noise; plain terms at equations are rivals of every effect.  What stood against an effect, or would with fewer numbers
+//! now, is fitted in its place once another one is found, and a tie is gone on from ([`found`], [`stand_in`], [`exchange`]).
 
 mod afar;
 mod context;
@@ -29,6 +29,7 @@ mod revisit;
 mod rounds;
 mod rule;
 mod shortlist;
+mod stand_in;
 mod terms;
 mod withdraw;
 
@@ -44,7 +45,7 @@ pub(crate) use decide::is_beaten;
 pub use ends::Ends;
 use found::Found;
 pub use memory::{Forgetful, Memory};
-pub(crate) use pass::{Findings, Pass, Status, Tried};
+pub(crate) use pass::{Findings, Pass, Refuted, Status, Tried};
 use rule::Outcome;
 use shortlist::Lowest;
 
@@ -157,6 +158,9 @@ impl Search<'_> {
                 refused.push(without);
                 start = Some(again);
             } else if taken.is_some() {
+                if let Some(fit) = &start {
+                    self.stand_ins(&mut found, fit)?;
+                }
                 start = start.map(|fit| self.exchanged(&mut found, &mut passes, fit)).transpose()?;
             } else if let Some(mut tie) = found.last_tie() {
                 // Nothing was found beside it: the tie is the answer.

@@ -69,7 +69,6 @@ pub struct Tried {
 impl Tried {
     /// Before any fit.
     pub(super) fn new(hypothesis: Hypothesis, look: Option<Look>) -> Self {
-        let verdict = String::new();
         Self {
             hypothesis,
             look,
@@ -77,7 +76,7 @@ impl Tried {
             cost_drop: 0.0,
             errors: None,
             is_plausible: true,
-            verdict,
+            verdict: String::new(),
             is_refuted: false,
         }
     }

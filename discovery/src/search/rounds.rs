@@ -115,11 +115,13 @@ impl Search<'_> {
             return Ok(None);
         }
         let known = &self.setup.disturbances;
+        // The screening needs the derivatives, too.
+        base.base.refresh(self.setup, &mut base.fit, &self.whole())?;
         let left = self.left(&base.base, &base.fit)?.disturbances;
         if left.fitted() > known.fitted() || !left.is_noise() {
             return Ok(None);
         }
-        // What bad samples are is told once everything was tried that may be missing.
+        // Bad samples are left out only once everything that may be missing was tried: steep flanks that a model misses look like them.
         let next = Disturbances { spikes: known.spikes.clone(), ..left };
         if !is_new(known, &next) {
             return Ok(None);
@@ -142,7 +144,8 @@ impl Search<'_> {
         let Some(other) = other else { return Ok((findings, None)) };
         (self.progress)("the shots held out show a gap that the others hide: holding out others");
         let other_search = Search { setup: &other, ..self.again() };
-        let again = other_search.with_law_if_needed(other_search.run()?)?;
+        let mut again = other_search.with_law_if_needed(other_search.run()?)?;
+        again.keep_refuted(&findings.refuted);
         Ok((again, Some(other)))
     }
 

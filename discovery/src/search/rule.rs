@@ -13,7 +13,8 @@ const PIECE: f64 = 0.05;
 /// Shots held out show what the others hide when their mean square exceeds that of noise by this factor times the excess of the fitted
 /// ones, and that counts as no less than the second number.
 const HIDDEN: (f64, f64) = (5.0, 0.1);
-/// What scatter pays for each number that it has more than the effects in whose place it is taken up.
+/// What scatter pays for each number that it has more than the effects in whose place it is taken up, and an effect for each that it has more
+/// than one that would do in its place.
 const OF_EACH_NUMBER: f64 = 3.0;
 /// Fewest shots whose sizes have an order, and the standard errors by which neighbours differ.
 const ORDERED: (usize, f64) = (4, 3.0);
@@ -138,12 +139,13 @@ pub(super) enum Exchange {
     Replaced,
 }
 
-/// What a rival does in the place of an effect: by how much the cost falls, in units of the noise left, and whether the numbers of the effect
-/// and of the rival can be.
-pub(super) fn exchange(cost_drop: f64, [is_plausible, is_rival_plausible]: [bool; 2]) -> Exchange {
+/// What a rival does in the place of an effect: by how much the cost falls, in units of the noise left, whether the numbers of the effect
+/// and of the rival can be, and how many numbers fewer the rival has, each of which has a price.
+pub(super) fn exchange(cost_drop: f64, [is_plausible, is_rival_plausible]: [bool; 2], fewer: usize) -> Exchange {
+    let is_plainer = fewer > 0 && cost_drop >= -OF_EACH_NUMBER * fewer as f64;
     if !is_rival_plausible || cost_drop <= -LEAD {
         Exchange::Stays
-    } else if cost_drop >= LEAD || !is_plausible {
+    } else if cost_drop >= LEAD || !is_plausible || is_plainer {
         Exchange::Replaced
     } else {
         Exchange::Open
@@ -258,14 +260,17 @@ mod tests {
     #[test]
     fn a_rival_takes_the_place_of_what_explains_less_or_cannot_be() {
         let both = [true, true];
-        assert_eq!((exchange(11.0, both), exchange(-11.0, both)), (Exchange::Replaced, Exchange::Stays));
-        assert_eq!((exchange(9.0, both), exchange(-9.0, both)), (Exchange::Open, Exchange::Open));
+        assert_eq!((exchange(11.0, both, 0), exchange(-11.0, both, 5)), (Exchange::Replaced, Exchange::Stays));
+        assert_eq!((exchange(9.0, both, 0), exchange(-9.0, both, 0)), (Exchange::Open, Exchange::Open));
         // Numbers that cannot be decide where both explain as much.
         assert_eq!(
-            (exchange(-9.0, [false, true]), exchange(-11.0, [false, true])),
+            (exchange(-9.0, [false, true], 0), exchange(-11.0, [false, true], 0)),
             (Exchange::Replaced, Exchange::Stays)
         );
-        assert_eq!((exchange(9.0, [true, false]), exchange(99.0, [true, false])), (Exchange::Stays, Exchange::Stays));
+        let implausible = [true, false];
+        assert_eq!((exchange(9.0, implausible, 2), exchange(99.0, implausible, 0)), (Exchange::Stays, Exchange::Stays));
+        // Two numbers fewer are worth 6.
+        assert_eq!((exchange(-5.9, both, 2), exchange(-6.1, both, 2)), (Exchange::Replaced, Exchange::Open));
     }
 
     #[test]

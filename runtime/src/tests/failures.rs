@@ -169,7 +169,7 @@ fn a_run_that_is_refused_leaves_room_for_the_next() {
 fn a_run_that_failed_leaves_nothing_behind() {
     // With parameters above 3 a rate has no value in the end.
     let options = Options { intervals: 7, ..Options::new(0.0, 1.0).with_tolerance(1e-3) };
-    let mut system = Hand::new(Varied::new(5, 0.3));
+    let mut system = Hand::new(Varied::new());
     let mut used = Simulator::new(system.structure());
     let mut run = |simulator: &mut Simulator, parameter: f64| {
         system.set_parameter(0, parameter).unwrap();
@@ -179,7 +179,7 @@ fn a_run_that_failed_leaves_nothing_behind() {
     for k in 0..20 {
         assert!(!run(&mut used, 3.1 + 0.01 * f64::from(k)).0);
         let parameter = 0.3 + 0.1 * f64::from(k);
-        let fresh = run(&mut Simulator::new(Hand::new(Varied::new(5, 0.3)).structure()), parameter);
+        let fresh = run(&mut Simulator::new(Hand::new(Varied::new()).structure()), parameter);
         assert_eq!(run(&mut used, parameter), fresh, "with {parameter}");
     }
 }

@@ -8,14 +8,8 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 
+use crate::lanes::{LANES, Lanes, Masks, ROUNDING, bits, choose, each, masks, wide};
 use crate::math::Function;
-use crate::wide;
-
-/// Angles of a group.
-pub const LANES: usize = 4;
-
-type Lanes = [f64; LANES];
-type Masks = [u64; LANES];
 
 /// Four angles in rad and what belongs to them.
 #[repr(C)]
@@ -29,8 +23,6 @@ pub struct Angles {
     pub cosines: Lanes,
 }
 
-/// What is added to a number and taken away again to round it: 1.5*2^52.  The last bits of the sum are those of the integer.
-const ROUNDING: f64 = 6_755_399_441_055_744.0;
 /// The first 33 bits of pi/2 and the rest.
 const QUARTER: [f64; 2] = [f64::from_bits(0x3FF9_21FB_5440_0000), f64::from_bits(0x3DD0_B461_1A62_6331)];
 /// The next 33 bits, and the rest.
@@ -191,27 +183,6 @@ fn cosine(x: Lanes, y: Lanes) -> Lanes {
     let half = each(|k| 0.5 * z[k]);
     let w = each(|k| 1.0 - half[k]);
     each(|k| w[k] + (((1.0 - w[k]) - half[k]) + (z[k] * r[k] - x[k] * y[k])))
-}
-
-#[inline(always)]
-fn each(value: impl Fn(usize) -> f64) -> Lanes {
-    [value(0), value(1), value(2), value(3)]
-}
-
-#[inline(always)]
-fn bits(value: impl Fn(usize) -> u64) -> Masks {
-    [value(0), value(1), value(2), value(3)]
-}
-
-/// All bits where `holds`.
-#[inline(always)]
-fn masks(holds: impl Fn(usize) -> bool) -> Masks {
-    bits(|k| if holds(k) { u64::MAX } else { 0 })
-}
-
-#[inline(always)]
-fn choose(mask: u64, a: f64, b: f64) -> f64 {
-    f64::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ pub use dae::{
     InputSite, LoopError, ParameterError, Pattern, StateChoice, Structure, TimeEvent,
 };
 pub use instant::Instants;
-pub use lanes::wide;
+pub use lanes::{LANES, wide};
 pub use parts::{Delays, Homotopy, Inputs, StateChoices, Steps, Switches, TornLoops};
 pub use series::{Gap, Hold, Sample, Series, SeriesError, fill_gaps};
 pub use tables::{

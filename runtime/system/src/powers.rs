@@ -1,19 +1,13 @@
 //! Powers of several numbers at once.
 //!
-//! Flows through orifices and hardening materials are powers that are no roots, several in each evaluation.  Four of them take little longer
+//! Flows through orifices and hardening materials are powers other than roots, several in each evaluation.  Four of them take little longer
 //! than one: the logarithm to base 2 in two parts, its product with the exponent and the exponential are those of FDLIBM (Sun
 //! Microsystems 1993; `e_pow.c`), operation by operation, so that every value has the bits of [`Function::apply`].  What
 //! lies where the library's tables of cases decide is left to the library: bases that are not positive and normal, exponents with a
 //! name (0, 1, -1, 2 and 1/2) or beyond 2^31, and values near the ends of the range.
 
+use crate::lanes::{LANES, Lanes, Masks, ROUNDING, bits, choose, each, masks, wide};
 use crate::math::Function;
-use crate::wide;
-
-/// Powers of a group.
-pub const LANES: usize = 4;
-
-type Lanes = [f64; LANES];
-type Masks = [u64; LANES];
 
 /// Four powers.
 #[repr(C)]
@@ -27,9 +21,7 @@ pub struct Powers {
     pub values: Lanes,
 }
 
-/// What is added to a number and taken away again to round it: 1.5*2^52.  The last bits of the sum are those of the integer.
-const ROUNDING: f64 = 6_755_399_441_055_744.0;
-/// 2^52, whose last bits take up those of a whole number below it.
+/// 2^52, whose last bits take up those of an integer below it.
 const WHOLE: f64 = 4_503_599_627_370_496.0;
 /// The upper half of a number.
 const UPPER: u64 = 0xFFFF_FFFF_0000_0000;
@@ -154,7 +146,7 @@ fn logarithm(x: &Lanes) -> (Lanes, Lanes) {
 /// Two to the power of `sum`, which is `main + rest`.
 #[inline(always)]
 fn exponential(sum: &Lanes, main: &Lanes, rest: &Lanes) -> Lanes {
-    // The nearest whole number to the upper half, halves away from zero, and none for what is nearly a half.
+    // The nearest integer to the upper half, halves away from zero, and none for what is nearly a half.
     let size = each(|k| cut(sum[k]).abs());
     let shifted = each(|k| size[k] + 0.5);
     let rounded = each(|k| (shifted[k] + ROUNDING) - ROUNDING);
@@ -179,27 +171,6 @@ fn exponential(sum: &Lanes, main: &Lanes, rest: &Lanes) -> Lanes {
 #[inline(always)]
 fn cut(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & UPPER)
-}
-
-#[inline(always)]
-fn each(value: impl Fn(usize) -> f64) -> Lanes {
-    [value(0), value(1), value(2), value(3)]
-}
-
-#[inline(always)]
-fn bits(value: impl Fn(usize) -> u64) -> Masks {
-    [value(0), value(1), value(2), value(3)]
-}
-
-/// All bits where `holds`.
-#[inline(always)]
-fn masks(holds: impl Fn(usize) -> bool) -> Masks {
-    bits(|k| if holds(k) { u64::MAX } else { 0 })
-}
-
-#[inline(always)]
-fn choose(mask: u64, a: f64, b: f64) -> f64 {
-    f64::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod bench_answers;
 mod bench_columns;
 mod calibrated;
 mod disturbed;
+mod driven;
 mod hidden;
 mod laws;
 mod next;

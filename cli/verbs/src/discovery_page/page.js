@@ -74,8 +74,9 @@ function disturbed() {
   const left = R.remaining;
   if (left) {
     const at = left.first_place ? `, first of all at <code>${safe(left.first_place)}</code>` : "";
-    lines.unshift(`<li>${fixed(100 * left.share, 0)} % of the excess over noise remain, which looks like ${safe(left.looks_like)}${at}</li>`);
+    lines.unshift(`<li>${safe(left.sentence)}${at}</li>`);
   }
+  lines.push(...R.refuted.map((own) => `<li>${safe(own.sentence)}</li>`));
   if (lines.length) section("Beside the machine and its noise", `<ul>${lines.join("")}</ul>`, { wide: true });
 }
 

@@ -7,7 +7,8 @@
 use cranelift_codegen::ir::{InstBuilder, SigRef, StackSlot, Value, types};
 use cranelift_frontend::FunctionBuilder;
 use hyd_symbolic::{Arena, Function, Node, NodeId};
-use hyd_system::angles::{Angles, LANES};
+use hyd_system::LANES;
+use hyd_system::angles::Angles;
 use hyd_system::powers::Powers;
 use rustc_hash::FxHashMap;
 
@@ -18,8 +19,6 @@ const FEWEST: u32 = 3;
 const FEWEST_POWERS: usize = 2;
 /// Most angles of a kernel, and most powers: their results take room on the stack.
 const MOST: usize = 1000;
-
-const _: () = assert!(hyd_system::powers::LANES == LANES, "groups are of one size");
 
 /// The functions of one rank.
 #[derive(Default)]
