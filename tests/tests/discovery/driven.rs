@@ -100,7 +100,7 @@ end Box;
     let set =
         format!("{{\"noise_std\": {{\"y\": {}}}, \"experiments\": [{}]}}", bench.stated * NOISE, shots.join(", "));
     fs::write(folder.join("set.json"), set).expect("written");
-    let found = hyd(&folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
+    let found = hyd(folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
     assert_eq!(found.code, Some(0), "{}", found.stderr);
     let report = json(&fs::read_to_string(folder.join("report/report.json")).expect("written"));
     (found.stdout, report)
