@@ -7,7 +7,7 @@ use super::{AllGaps, Scene, number};
 use crate::data::{Data, Trace};
 use crate::disturbance::{Added, Level, Spike};
 use crate::magnitude::shown;
-use crate::search::{Findings, Refuted, Status};
+use crate::search::{Alike, Findings, Refuted, Status};
 use crate::unknowns::Meaning;
 
 /// A channel with a gap below this is noisier by what was stated than it is.
@@ -199,6 +199,21 @@ pub(super) fn refuted(findings: &Findings) -> Vec<Value> {
     findings.refuted.iter().map(describe).collect()
 }
 
+/// Effects that explain about as much in the place of named ones.
+pub(super) fn alike(findings: &Findings) -> Vec<Value> {
+    let describe = |own: &Alike| {
+        let (named, effect, words) = (own.named.label(), own.candidate.label(), &*own.candidate.effect.words);
+        let sentence = format!(
+            "in the place of {named}, {effect} ({words}) would explain about as much: the cost would be {} by {:.0}",
+            if own.behind < 0.0 { "smaller" } else { "larger" },
+            own.behind.abs()
+        );
+        json!({"id": &*own.candidate.effect.id, "effect": effect, "named": named, "words": words, "behind": number(own.behind),
+            "sentence": sentence})
+    };
+    findings.alike.iter().map(describe).collect()
+}
+
 /// The lines of the summary.
 pub(super) fn lines(json: &Value, status: Status) -> Vec<String> {
     let sentences = json["disturbed"]["sentences"].as_array().into_iter().flatten();
@@ -209,8 +224,9 @@ pub(super) fn lines(json: &Value, status: Status) -> Vec<String> {
             remaining["first_place"].as_str().map_or_else(String::new, |at| format!(", first of all at `{at}`"));
         lines.push(format!("{sentence}{place}"));
     }
-    lines.extend(
-        json["refuted"].as_array().into_iter().flatten().filter_map(|own| own["sentence"].as_str().map(String::from)),
-    );
+    for key in ["refuted", "alike"] {
+        let all = json[key].as_array().into_iter().flatten();
+        lines.extend(all.filter_map(|own| own["sentence"].as_str().map(String::from)));
+    }
     lines
 }

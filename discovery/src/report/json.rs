@@ -37,6 +37,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "disturbed": disturbed::disturbed(scene, gaps),
         "remaining": disturbed::remaining(scene, gaps),
         "refuted": disturbed::refuted(findings),
+        "alike": disturbed::alike(findings),
         "found_before": nearest::found_before(scene)?,
         "nearest": nearest::nearest(scene)?,
         "location": location(findings, workshop),

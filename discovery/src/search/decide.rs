@@ -166,6 +166,7 @@ impl Search<'_> {
             is_settled: true,
             given_up: None,
             refuted,
+            alike: Vec::new(),
             law: None,
             no_law: None,
         };

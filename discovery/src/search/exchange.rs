@@ -14,6 +14,7 @@ use crate::fault::Fault;
 use crate::fit::{Fit, minimise};
 use crate::hypothesis::Hypothesis;
 use crate::problem::Problem;
+use crate::thresholds::LEAD;
 
 /// How a verdict on a rival begins.
 const BESIDE: &str = "with the other effects in the model";
@@ -26,7 +27,7 @@ impl Search<'_> {
     /// A model that cannot be translated.
     pub(super) fn exchanged(&self, found: &mut Found, passes: &mut [Pass], mut fit: Fit) -> Result<Fit, Fault> {
         for number in 0..found.all.len().saturating_sub(1) {
-            let (mut kept, mut is_open): (Vec<Rival>, bool) = (Vec::new(), false);
+            let (mut kept, mut alike): (Vec<Rival>, Vec<(Candidate, f64)>) = (Vec::new(), Vec::new());
             for rival in std::mem::take(&mut found.all[number].rivals) {
                 let others =
                     || found.all.iter().enumerate().filter(|(k, _)| *k != number).map(|(_, own)| &own.candidate);
@@ -56,7 +57,7 @@ impl Search<'_> {
                         kept.push(rival);
                     }
                     Exchange::Open => {
-                        is_open = true;
+                        alike.push((rival.candidate.clone(), -cost_drop));
                         kept.push(rival);
                     }
                     Exchange::Replaced => {
@@ -66,11 +67,15 @@ impl Search<'_> {
                         let own = std::mem::replace(&mut found.all[number].candidate, rival.candidate);
                         kept.push(Rival { candidate: own, numbers });
                         fit = again;
+                        // What was as good as the one before is as far behind as that is now, or closer.
+                        alike.iter_mut().for_each(|own| own.1 += cost_drop);
+                        alike.retain(|own| own.1 < LEAD);
                     }
                 }
             }
-            found.ties.retain(|tie| tie.number != number || is_open);
-            found.all[number].rivals = kept;
+            found.ties.retain(|tie| tie.number != number || !alike.is_empty());
+            let own = &mut found.all[number];
+            (own.rivals, own.alike) = (kept, alike);
         }
         Ok(fit)
     }

@@ -3,7 +3,7 @@
 //! Where several effects explain what is missing about equally well and more than noise is left with the best of them, the search
 //! goes on with that one for the time being (a tie): what else is missing may have bent them alike, and tells them apart once it is found.
 
-use super::pass::{Pass, Tried};
+use super::pass::{Alike, Pass, Tried};
 use crate::catalogue::Candidate;
 use crate::fit::Fit;
 use crate::thresholds::noise;
@@ -26,6 +26,8 @@ pub(super) struct Own {
     pub candidate: Candidate,
     /// The best first.
     pub rivals: Vec<Rival>,
+    /// Those that explained as much in its place when they were last asked, by how much less of the cost.
+    pub alike: Vec<(Candidate, f64)>,
 }
 
 /// Effects that were alike when one of them was taken up.
@@ -51,12 +53,22 @@ pub(super) struct Found {
 impl Found {
     /// Effects without rivals.
     pub(super) fn of(effects: Vec<Candidate>) -> Self {
-        let all = effects.into_iter().map(|candidate| Own { candidate, rivals: Vec::new() });
+        let all = effects.into_iter().map(|candidate| Own { candidate, rivals: Vec::new(), alike: Vec::new() });
         Self { all: all.collect(), ..Self::default() }
     }
 
     pub(super) fn effects(&self) -> Vec<Candidate> {
         self.all.iter().map(|own| own.candidate.clone()).collect()
+    }
+
+    /// What explains as much in the place of effects in the model.
+    pub(super) fn alike(&self) -> Vec<Alike> {
+        let of = |own: &Own| {
+            let named = own.candidate.clone();
+            let alike = own.alike.iter().cloned();
+            alike.map(move |(candidate, behind)| Alike { named: named.clone(), candidate, behind }).collect::<Vec<_>>()
+        };
+        self.all.iter().flat_map(of).collect()
     }
 
     /// Takes up the candidate at this position of a pass that began with these effects.
@@ -82,13 +94,16 @@ impl Found {
             Some(Rival { candidate: hypothesis.inserts.last()?.clone(), numbers: fit.xi[count..].to_vec() })
         };
         let rivals = others.iter().filter_map(rival).collect();
-        self.all.extend(pass.tried[named].hypothesis.inserts.last().map(|own| Own { candidate: own.clone(), rivals }));
+        let own = pass.tried[named].hypothesis.inserts.last();
+        self.all.extend(own.map(|own| Own { candidate: own.clone(), rivals, alike: Vec::new() }));
     }
 
     /// Takes an effect out again; a tie that it was in is over.
     pub(super) fn remove(&mut self, number: usize) -> Candidate {
         self.ties.retain(|tie| tie.number != number);
         self.ties.iter_mut().for_each(|tie| tie.number -= usize::from(tie.number > number));
+        // They were compared beside it.
+        self.all.iter_mut().for_each(|own| own.alike.clear());
         self.all.remove(number).candidate
     }
 

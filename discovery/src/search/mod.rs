@@ -45,7 +45,7 @@ pub(crate) use decide::is_beaten;
 pub use ends::Ends;
 use found::Found;
 pub use memory::{Forgetful, Memory};
-pub(crate) use pass::{Findings, Pass, Refuted, Status, Tried};
+pub(crate) use pass::{Alike, Findings, Pass, Refuted, Status, Tried};
 use rule::Outcome;
 use shortlist::Lowest;
 
@@ -178,7 +178,15 @@ impl Search<'_> {
                     None => None,
                 };
             } else {
-                return self.conclude(passes, found.effects(), outcome);
+                let alike = found.alike();
+                let mut findings = self.conclude(passes, found.effects(), outcome)?;
+                let inserts = findings.passes.last().map(|last| last.base.inserts.clone()).unwrap_or_default();
+                let is_in = |of: &Candidate| inserts.iter().any(|own| own.is_same(of));
+                let is_open = |own: &Alike| is_in(&own.named) && !is_in(&own.candidate);
+                if findings.named() > 0 {
+                    findings.alike = alike.into_iter().filter(is_open).collect();
+                }
+                return Ok(findings);
             }
         }
     }

@@ -140,6 +140,17 @@ pub struct Refuted {
     pub by: f64,
 }
 
+/// An effect that explains about as much in the place of a named one, beside all others, although it did not when that was named.
+#[derive(Clone)]
+pub struct Alike {
+    /// The named one.
+    pub named: Candidate,
+    /// The other one.
+    pub candidate: Candidate,
+    /// By how much the cost is larger with it, in units of the noise left; negative where it is smaller.
+    pub behind: f64,
+}
+
 /// The outcome of a search.
 pub struct Findings {
     /// Status.
@@ -166,6 +177,8 @@ pub struct Findings {
     pub given_up: Option<String>,
     /// Effects that were named and taken out again.
     pub refuted: Vec<Refuted>,
+    /// Effects that could stand in the place of named ones.
+    pub alike: Vec<Alike>,
     /// The law that was found, for [`Status::Law`].
     pub law: Option<Law>,
     /// Why terms that explain what is left are not a law.

@@ -48,8 +48,8 @@ fn coast(force: fn(f64) -> f64, speed: f64) -> Vec<f64> {
     places
 }
 
-/// Model, library, study and seven shots.
-fn write(folder: &Path, force: fn(f64) -> f64) {
+/// Model, library, study and seven shots; the library may know a drag that grows faster, too.
+fn write(folder: &Path, force: fn(f64) -> f64, knows_thick: bool) {
     let effect = |class: &str, id: &str, place: &str, number: &str, law: &str| {
         format!(
             "  block {class}\n    extends PartialForce;\n    parameter Real {number}(min = 0) = 0.1;\n  equation\n    F = -{law};\n    \
@@ -58,10 +58,14 @@ fn write(folder: &Path, force: fn(f64) -> f64) {
         )
     };
     fs::create_dir_all(folder.join("effects")).expect("made");
-    let effects = [
+    let mut effects = vec![
         effect("Linear", "linear_drag", "oil", "d", "d*v"),
         effect("Quadratic", "quadratic_drag", "air", "c", "c*v*abs(v)"),
     ];
+    if knows_thick {
+        // Half of what the air does beside the oil.
+        effects.push(effect("Thick", "thick_drag", "oil", "e", "e*(v + 0.06*v*abs(v))"));
+    }
     let library = format!("within Coast;\npackage Effects\n{}end Effects;\n", effects.concat());
     fs::write(folder.join("effects/package.hyd"), library).expect("written");
     let model = "package Coast
@@ -121,7 +125,7 @@ fn answer(folder: &Path) -> (String, serde_json::Value, Vec<String>) {
 #[test]
 fn a_further_effect_that_shots_held_out_refute_is_taken_out_again() {
     let folder = folder("refuted");
-    write(&folder, bends);
+    write(&folder, bends, false);
     let (stdout, report, named) = answer(&folder);
     assert_eq!(named, ["linear_drag"], "{stdout}");
     let refuted = &report["refuted"][0];
@@ -138,9 +142,25 @@ fn a_further_effect_that_shots_held_out_refute_is_taken_out_again() {
 #[test]
 fn a_further_effect_that_shots_held_out_confirm_stays() {
     let folder = folder("confirmed");
-    write(&folder, two_drags);
+    write(&folder, two_drags, false);
     let (stdout, report, named) = answer(&folder);
     assert_eq!(named, ["linear_drag", "quadratic_drag"], "{stdout}");
     assert_eq!(report["refuted"], serde_json::json!([]), "{stdout}");
+    let _ = fs::remove_dir_all(&folder);
+}
+
+/// Alone, the drag that holds a part of another one explains more; beside that other one it does not, and nothing tells the two apart.
+#[test]
+fn an_effect_that_could_stand_in_the_place_of_a_named_one_is_told() {
+    let folder = folder("alike");
+    write(&folder, two_drags, true);
+    let (stdout, report, named) = answer(&folder);
+    let (oil, other) = if named[0] == "thick_drag" { (0, "linear_drag") } else { (1, "thick_drag") };
+    assert_eq!(named, [["thick_drag", "linear_drag"][oil], "quadratic_drag"], "{stdout}");
+    let alike = report["alike"].as_array().expect("a list");
+    assert_eq!(alike.len(), 1, "{stdout}");
+    assert_eq!(alike[0]["id"], other, "{stdout}");
+    assert!(alike[0]["behind"].as_f64().is_some_and(|behind| behind.abs() < 10.0), "{stdout}");
+    assert!(stdout.contains(&format!("{other} (drag) would explain about as much")), "{stdout}");
     let _ = fs::remove_dir_all(&folder);
 }

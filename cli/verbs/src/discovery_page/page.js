@@ -76,7 +76,7 @@ function disturbed() {
     const at = left.first_place ? `, first of all at <code>${safe(left.first_place)}</code>` : "";
     lines.unshift(`<li>${safe(left.sentence)}${at}</li>`);
   }
-  lines.push(...R.refuted.map((own) => `<li>${safe(own.sentence)}</li>`));
+  lines.push(...[...R.refuted, ...R.alike].map((own) => `<li>${safe(own.sentence)}</li>`));
   if (lines.length) section("Beside the machine and its noise", `<ul>${lines.join("")}</ul>`, { wide: true });
 }
 
