@@ -3,7 +3,7 @@
 //! Least squares over the amplitudes of the columns, with a prior where one is given, the nuisances projected out with theirs as in
 //! [`crate::projection`].
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::fit::normal;
 
@@ -28,53 +28,74 @@ pub(super) struct Explained {
 /// A share of the largest eigenvalue below which amplitudes are not told apart.
 const RIDGE: f64 = 1e-9;
 
-/// The amplitudes that explain most of `residuals`, whose derivatives by nuisances are `jacobian`; rows are weighed by `scales`.  Amplitudes
-/// are expected within `spread` of zero, if there is one, and what they are beyond that is paid for.
-pub(super) fn explained(
-    (columns, spread): (&[Columns], Option<f64>),
-    (residuals, jacobian): (&DVector<f64>, &DMatrix<f64>),
-    scales: &[f64],
-    xi: &[f64],
-) -> Option<Explained> {
-    let mut scaled = jacobian.clone();
-    for mut column in scaled.column_iter_mut() {
-        column.iter_mut().zip(scales).for_each(|(value, scale)| *value *= scale);
-    }
-    let weighed = DVector::from_iterator(residuals.len(), residuals.iter().zip(scales).map(|(r, scale)| r * scale));
-    let factor = Cholesky::new(normal(&scaled))?;
-    let pull = factor.solve(&(scaled.tr_mul(&weighed) + DVector::from_column_slice(xi)));
-    let own: Vec<Vec<f64>> = columns
-        .iter()
-        .map(|column| column.values.iter().zip(&scales[column.first..]).map(|(value, scale)| value * scale).collect())
-        .collect();
-    let across = |k: usize| scaled.rows(columns[k].first, own[k].len()).tr_mul(&DVector::from_column_slice(&own[k]));
-    let projected: Vec<DVector<f64>> = (0..own.len()).map(across).collect();
-    let followed: Vec<DVector<f64>> = projected.iter().map(|own| factor.solve(own)).collect();
-    let count = own.len();
-    let inner = DMatrix::from_fn(count, count, |i, k| {
-        direct((columns[i].first, &own[i]), (columns[k].first, &own[k])) - projected[i].dot(&followed[k])
-    });
-    let along = DVector::from_fn(count, |k, _| {
-        let rows = weighed.rows(columns[k].first, own[k].len());
-        rows.iter().zip(&own[k]).map(|(r, value)| r * value).sum::<f64>() - projected[k].dot(&pull)
-    });
-    let ridge = RIDGE * (0..count).map(|k| inner[(k, k)]).fold(0.0, f64::max);
-    let mut regular = inner;
-    let prior = spread.map_or(0.0, |spread| 1.0 / (spread * spread));
-    for k in 0..count {
-        regular[(k, k)] += ridge + prior;
-    }
-    let amplitudes = Cholesky::new(regular)?.solve(&along);
-    let mut follow = DVector::zeros(jacobian.ncols());
-    let mut left = residuals.clone();
-    for (k, column) in columns.iter().enumerate() {
-        for (row, value) in column.values.iter().enumerate() {
-            left[column.first + row] -= amplitudes[k] * value;
+/// Residuals and their derivatives by nuisances, with rows weighed, and what the nuisances do by themselves: the same for all columns.
+pub(super) struct Ground<'a> {
+    residuals: &'a DVector<f64>,
+    jacobian: &'a DMatrix<f64>,
+    scales: Vec<f64>,
+    scaled: DMatrix<f64>,
+    weighed: DVector<f64>,
+    factor: Cholesky<f64, Dyn>,
+    pull: DVector<f64>,
+}
+
+impl<'a> Ground<'a> {
+    /// For residuals whose derivatives by nuisances, which are at `xi`, are `jacobian`; rows are weighed by `scales`.  None where a
+    /// derivative is not finite.
+    pub(super) fn new(
+        residuals: &'a DVector<f64>,
+        jacobian: &'a DMatrix<f64>,
+        scales: Vec<f64>,
+        xi: &[f64],
+    ) -> Option<Self> {
+        let mut scaled = jacobian.clone();
+        for mut column in scaled.column_iter_mut() {
+            column.iter_mut().zip(&scales).for_each(|(value, scale)| *value *= scale);
         }
-        follow += &projected[k] * amplitudes[k];
+        let weighed =
+            DVector::from_iterator(residuals.len(), residuals.iter().zip(&scales).map(|(r, scale)| r * scale));
+        let factor = Cholesky::new(normal(&scaled))?;
+        let pull = factor.solve(&(scaled.tr_mul(&weighed) + DVector::from_column_slice(xi)));
+        Some(Self { residuals, jacobian, scales, scaled, weighed, factor, pull })
     }
-    left += jacobian * factor.solve(&follow);
-    Some(Explained { gain: amplitudes.dot(&along), amplitudes: amplitudes.as_slice().to_vec(), left })
+
+    /// The amplitudes of `columns` that explain most.  They are expected within `spread` of zero, if there is one, and what they are
+    /// beyond that is paid for.
+    pub(super) fn explained(&self, columns: &[Columns], spread: Option<f64>) -> Option<Explained> {
+        let scaled_by = |column: &Columns| -> Vec<f64> {
+            column.values.iter().zip(&self.scales[column.first..]).map(|(value, scale)| value * scale).collect()
+        };
+        let own: Vec<Vec<f64>> = columns.iter().map(scaled_by).collect();
+        let across =
+            |k: usize| self.scaled.rows(columns[k].first, own[k].len()).tr_mul(&DVector::from_column_slice(&own[k]));
+        let projected: Vec<DVector<f64>> = (0..own.len()).map(across).collect();
+        let followed: Vec<DVector<f64>> = projected.iter().map(|own| self.factor.solve(own)).collect();
+        let count = own.len();
+        let inner = DMatrix::from_fn(count, count, |i, k| {
+            direct((columns[i].first, &own[i]), (columns[k].first, &own[k])) - projected[i].dot(&followed[k])
+        });
+        let along = DVector::from_fn(count, |k, _| {
+            let rows = self.weighed.rows(columns[k].first, own[k].len());
+            rows.iter().zip(&own[k]).map(|(r, value)| r * value).sum::<f64>() - projected[k].dot(&self.pull)
+        });
+        let ridge = RIDGE * (0..count).map(|k| inner[(k, k)]).fold(0.0, f64::max);
+        let mut regular = inner;
+        let prior = spread.map_or(0.0, |spread| 1.0 / (spread * spread));
+        for k in 0..count {
+            regular[(k, k)] += ridge + prior;
+        }
+        let amplitudes = Cholesky::new(regular)?.solve(&along);
+        let mut follow = DVector::zeros(self.jacobian.ncols());
+        let mut left = self.residuals.clone();
+        for (k, column) in columns.iter().enumerate() {
+            for (row, value) in column.values.iter().enumerate() {
+                left[column.first + row] -= amplitudes[k] * value;
+            }
+            follow += &projected[k] * amplitudes[k];
+        }
+        left += self.jacobian * self.factor.solve(&follow);
+        Some(Explained { gain: amplitudes.dot(&along), amplitudes: amplitudes.as_slice().to_vec(), left })
+    }
 }
 
 /// Product of two columns.
@@ -88,7 +109,7 @@ fn direct((a, x): (usize, &[f64]), (b, y): (usize, &[f64])) -> f64 {
 mod tests {
     use nalgebra::{DMatrix, DVector};
 
-    use super::{Columns, explained};
+    use super::{Columns, Ground};
 
     /// Two shots, a nuisance of both and an amplitude in each, against the normal equations of all three.
     #[test]
@@ -104,7 +125,8 @@ mod tests {
         let part = |from: usize| Columns { first: from, values: (from..from + 30).map(wave).collect() };
         let jacobian = DMatrix::from_columns(std::slice::from_ref(&nuisance));
         let fit = |spread: Option<f64>| {
-            explained((&[part(0), part(30)], spread), (&residuals, &jacobian), &vec![1.0; n], &[at]).expect("regular")
+            let ground = Ground::new(&residuals, &jacobian, vec![1.0; n], &[at]).expect("regular");
+            ground.explained(&[part(0), part(30)], spread).expect("regular")
         };
         let found = fit(None);
         let all = DMatrix::from_fn(n, 3, |row, k| match k {

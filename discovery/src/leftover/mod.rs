@@ -20,7 +20,7 @@ use crate::problem::{Problem, Weighing};
 use crate::thresholds::adequate;
 use crate::unknowns::{LIMIT, Meaning};
 use crate::{Fault, Setup};
-use explain::{Columns, Explained, explained};
+use explain::{Columns, Explained, Ground};
 use hyd_system::math::{self, square};
 use series::{Series, level};
 
@@ -106,7 +106,10 @@ pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &
     let mut open = state.candidates(setup);
     for _ in 0..MOST {
         let levels = state.levels(&state.residuals);
-        let tried = open.iter().enumerate().filter_map(|(k, own)| Some((k, state.explain(own, &levels, &fit.xi)?)));
+        let Some(ground) = Ground::new(&state.residuals, &state.jacobian, state.scales(&levels), &fit.xi) else {
+            break;
+        };
+        let tried = open.iter().enumerate().filter_map(|(k, own)| Some((k, state.explain(own, &ground)?)));
         let best = tried.max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain));
         let Some((k, found)) = best.filter(|(_, own)| own.gain > NEEDED.0 + NEEDED.1 * own.amplitudes.len() as f64)
         else {
@@ -201,6 +204,15 @@ impl State<'_> {
         (0..self.problem.data.channels.len()).map(of).collect()
     }
 
+    /// What rows are weighed by where the channels have these levels.
+    fn scales(&self, levels: &[Level]) -> Vec<f64> {
+        let mut scales = vec![1.0; self.residuals.len()];
+        for block in self.blocks {
+            scales[block.first..block.first + block.rows].fill(1.0 / levels[block.channel].factor);
+        }
+        scales
+    }
+
     /// What may be taken up beside what is taken up already.
     fn candidates(&self, setup: &Setup) -> Vec<Disturbance> {
         let known = &setup.disturbances;
@@ -278,11 +290,7 @@ impl State<'_> {
     }
 
     /// What a disturbance explains of the residuals; none where it explains nothing or goes farther than may be.
-    fn explain(&self, disturbance: &Disturbance, levels: &[Level], xi: &[f64]) -> Option<Explained> {
-        let mut scales = vec![1.0; self.residuals.len()];
-        for block in self.blocks {
-            scales[block.first..block.first + block.rows].fill(1.0 / levels[block.channel].factor);
-        }
+    fn explain(&self, disturbance: &Disturbance, ground: &Ground<'_>) -> Option<Explained> {
         let spread = match disturbance {
             Disturbance::Scatter(_, unknown) => {
                 Some((EXPECTED / self.problem.unknowns[*unknown].slope(0.0).abs()).min(1.0))
@@ -290,7 +298,7 @@ impl State<'_> {
             _ => None,
         };
         let columns = self.columns(disturbance);
-        let mut found = explained((&columns, spread), (&self.residuals, &self.jacobian), &scales, xi)?;
+        let mut found = ground.explained(&columns, spread)?;
         if let Disturbance::Scatter(_, unknown) = disturbance {
             // No part scatters more than its tolerance.
             let mean = found.amplitudes.iter().sum::<f64>() / found.amplitudes.len() as f64;
