@@ -60,6 +60,15 @@ struct Block {
     rows: usize,
 }
 
+/// Which disturbances are looked for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Kinds {
+    /// All.
+    All,
+    /// Those that measuring chains add to a channel: hum and drift.
+    Added,
+}
+
 /// Something that may be taken up.
 #[derive(Clone)]
 enum Disturbance {
@@ -73,7 +82,12 @@ enum Disturbance {
 ///
 /// # Errors
 /// When the fit has no derivatives.
-pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &Weighing) -> Result<Leftover, Fault> {
+pub(crate) fn leftover(
+    setup: &Setup,
+    problem: &Problem<'_>,
+    fit: &Fit,
+    (whole, kinds): (&Weighing, Kinds),
+) -> Result<Leftover, Fault> {
     let all = |own: &&Jacobian| own.matrix.ncols() == problem.unknowns.len();
     let Some(Jacobian { matrix: jacobian, .. }) = fit.jacobian.as_ref().filter(all) else {
         return Err(Fault::run("a fit has no derivatives by all unknowns"));
@@ -104,6 +118,7 @@ pub(crate) fn leftover(setup: &Setup, problem: &Problem<'_>, fit: &Fit, whole: &
     disturbances.spikes.sort_unstable();
     let mut state = State { setup, problem, blocks: &blocks, residuals, jacobian, weights, fit };
     let mut open = state.candidates(setup);
+    open.retain(|own| kinds == Kinds::All || matches!(own, Disturbance::Added(..)));
     for _ in 0..MOST {
         let levels = state.levels(&state.residuals);
         let Some(ground) = Ground::new(&state.residuals, &state.jacobian, state.scales(&levels), &fit.xi) else {

@@ -11,8 +11,21 @@ use crate::projection::Projection;
 use crate::thresholds::{NEEDED, adequate, noise};
 
 impl Search<'_> {
-    /// Looks at all candidates that can join, but those that were needless once.
+    /// Looks at all candidates that can join, but those that were needless once, and at the equations.
     pub(super) fn look(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<(), Fault> {
+        if pass.tried.is_empty() {
+            self.screen_effects(pass, refused)?;
+        }
+        let promise = pass.tried.first().and_then(|own| own.look.as_ref()).map_or(0.0, Look::promise);
+        let is_bent = pass.seen.is_some();
+        if pass.fit.misfit > adequate(pass.expected) || pass.base.inserts.is_empty() && promise > NEEDED && !is_bent {
+            self.look_at_equations(pass)?;
+        }
+        Ok(())
+    }
+
+    /// Looks at all candidates that can join, but those that were needless once.
+    pub(super) fn screen_effects(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<(), Fault> {
         let weighing = self.whole();
         let mut fit = pass.fit.clone();
         pass.base.refresh(self.setup, &mut fit, &weighing)?;
@@ -57,10 +70,6 @@ impl Search<'_> {
         pass.powers.sort_by(|a, b| b.cost_drop.total_cmp(&a.cost_drop));
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         pass.tried.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
-        let promise = pass.tried.first().map_or(0.0, gain);
-        if pass.fit.misfit > adequate(pass.expected) || pass.base.inserts.is_empty() && promise > NEEDED && !is_bent {
-            self.look_at_equations(pass)?;
-        }
         Ok(())
     }
 }

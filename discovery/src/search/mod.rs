@@ -96,6 +96,16 @@ impl Search<'_> {
                 Some(pass) => pass,
                 None => self.begin(found.effects(), start.take())?,
             };
+            // Beside what was found, noise as stated is no measure for effects where hum and drift are what is left.
+            if !found.all.is_empty() && found.ties.is_empty() && self.is_of_chains(&mut pass, &refused)? {
+                (self.progress)("what measuring chains add explains far more of the rest than effects");
+                pass.explained = passes.first().map_or(0.0, |first| first.fit.cost - pass.fit.cost);
+                if let Some(before) = passes.last_mut() {
+                    before.forget_derivatives();
+                }
+                passes.push(pass);
+                return self.conclude(passes, found.effects(), Outcome::Unexplained);
+            }
             pass = self.pass(pass, &refused)?;
             pass.explained = passes.first().map_or(0.0, |first| first.fit.cost - pass.fit.cost);
             let mut outcome = self.settle(&mut pass)?;

@@ -1,7 +1,8 @@
 //! Rounds of a search: what the best model leaves decides what counts as noise in the next one.
 //!
 //! The first round takes noise as it is stated, unless the fit of the base model leaves more, and nothing but, white noise: then there is nothing to be told from
-//! it under a wrong measure, and it is taken as it is found.  Where even the best model leaves more, what it leaves is looked at
+//! it under a wrong measure, and it is taken as it is found; as are hum and drift, if they explain far more of what that fit leaves than any effect promises
+//! to.  Where even the best model leaves more, what it leaves is looked at
 //! ([`crate::leftover`]): bad samples, hum, drift, parameters that scatter, and model error with a size and a correlation.  The
 //! search then begins again with these taken up, until they no longer change; waves that were named are taken up where they were
 //! ([`super::ends`]).  Effects that were named late, or that have a size of their
@@ -12,11 +13,12 @@ use super::context::Search;
 use super::ends::Ends;
 use super::pass::{Findings, Pass, Status};
 use super::rule;
+use crate::catalogue::Candidate;
 use crate::disturbance::Disturbances;
 use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::Hypothesis;
-use crate::leftover::{Leftover, leftover};
+use crate::hypothesis::{Hypothesis, Look};
+use crate::leftover::{Kinds, Leftover, leftover};
 use crate::proof::Gap;
 use crate::setup::Setup;
 use crate::thresholds::{LEAD, adequate, noise};
@@ -24,10 +26,15 @@ use crate::unknowns::EffectPart;
 
 /// Most rounds.
 const MOST: usize = 5;
+/// Most times that hum and drift are looked for before the first round.
+const TURNS: usize = 3;
 /// A best model that leaves more, in standard deviations, may have its waves in the wrong place.
 const NEAR: f64 = 2.0;
 /// So many times the mean square that the round before left is not explained by names that only imitated a disturbance.
 const FAR_MORE: f64 = 4.0;
+/// Hum and drift are counted before effects where they explain so many times what the likeliest effect promises, and this share of what more
+/// than noise is left.
+const FAR_LESS: (f64, f64) = (3.0, 0.25);
 /// Levels that change by less than this factor are the same.
 const SAME: f64 = 1.25;
 /// The same of levels of model error: over how many samples residuals are alike is known to a half from the hundred independent ones of a
@@ -52,8 +59,12 @@ impl Search<'_> {
         let begun = self.setup.watch.runs();
         let mut base = self.begin(Vec::new(), None)?;
         let mut setup = self.louder(&mut base)?;
+        let mut first_pass = Some(base);
+        if setup.is_none() {
+            setup = self.humming(&mut first_pass)?;
+        }
         let first = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
-        let (mut findings, other) = first.round(Some(base))?;
+        let (mut findings, other) = first.round(first_pass)?;
         setup = other.or(setup);
         let why = findings.no_law.clone();
         let (mut unexplained, mut earlier): (Option<Earlier>, Option<Earlier>) = (None, None);
@@ -137,6 +148,55 @@ impl Search<'_> {
         Ok(Some(setup))
     }
 
+    /// The setup with hum and drift as the fit of the base model leaves them, if they explain far more of that than any effect promises to:
+    /// effects are searched beside them at once.  The pass is then over, or begun again under that setup.
+    fn humming(&self, begun: &mut Option<Pass>) -> Result<Option<Setup>, Fault> {
+        let mut setup: Option<Setup> = None;
+        for _ in 0..TURNS {
+            let current = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
+            let Some(base) = begun.as_mut() else { break };
+            if !current.is_of_chains(base, &[])? {
+                break;
+            }
+            (self.progress)("what measuring chains add explains far more than effects, and is counted");
+            let found = current.of_chains(base)?.disturbances;
+            let added = Disturbances { added: found.added, ..current.setup.disturbances.clone() };
+            let next = current.setup.disturbed(added)?;
+            let again = Search { setup: &next, ..self.again() }.begin(Vec::new(), None)?;
+            (*begun, setup) = (Some(again), Some(next));
+        }
+        Ok(setup)
+    }
+
+    /// True if hum and drift explain far more of what the fit of a pass leaves than any effect promises to: nothing is to be told of effects
+    /// before they are counted.  The effects are screened for that.
+    pub(super) fn is_of_chains(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<bool, Fault> {
+        if pass.fit.misfit <= adequate(pass.expected) || !self.setup.disturbances.levels.is_empty() {
+            return Ok(false);
+        }
+        let explained = self.explained_by_chains(pass)?;
+        if explained < FAR_LESS.1 * (pass.fit.misfit - pass.expected) {
+            return Ok(false);
+        }
+        self.screen_effects(pass, refused)?;
+        let promise = pass.tried.first().and_then(|own| own.look.as_ref()).map_or(0.0, Look::promise);
+        Ok(explained >= FAR_LESS.0 * promise)
+    }
+
+    /// Drop of the misfit by hum and drift that are not known yet.
+    fn explained_by_chains(&self, pass: &mut Pass) -> Result<f64, Fault> {
+        let found = self.of_chains(pass)?;
+        let is_more = found.disturbances.fitted() > self.setup.disturbances.fitted();
+        Ok(if is_more { pass.fit.misfit - found.misfit * pass.expected } else { 0.0 })
+    }
+
+    /// What the fit of a pass leaves, by hum and drift alone.
+    fn of_chains(&self, pass: &mut Pass) -> Result<Leftover, Fault> {
+        let whole = self.whole();
+        pass.base.refresh(self.setup, &mut pass.fit, &whole)?;
+        leftover(self.setup, &pass.base.problem(self.setup)?, &pass.fit, (&whole, Kinds::Added))
+    }
+
     /// One search, whose first pass may have begun; where the shots held out show a gap that the others hide, another one with others held out.
     fn round(&self, begun: Option<Pass>) -> Result<(Findings, Option<Setup>), Fault> {
         let findings = self.with_law_if_needed(self.run_from(begun)?)?;
@@ -151,15 +211,17 @@ impl Search<'_> {
 
     /// Findings with a law where one is missing; none is looked for where disturbances that are taken up next explain what is left, or where that is
     /// white noise, more than stated: the next round has the better measure for it.
-    fn with_law_if_needed(&self, findings: Findings) -> Result<Findings, Fault> {
+    fn with_law_if_needed(&self, mut findings: Findings) -> Result<Findings, Fault> {
         if !Self::may_have_law(&findings) || self.scatter_instead(&findings)?.is_some() {
             return Ok(findings);
         }
-        let Some(last) = findings.passes.last() else { return Ok(findings) };
+        let Some(last) = findings.passes.last_mut() else { return Ok(findings) };
         let found = self.left(&last.base, &last.fit)?;
         let known = &self.setup.disturbances;
         let is_more = found.disturbances.fitted() > known.fitted();
-        let is_all = found.misfit * last.expected <= noise(last.expected);
+        let is_all = found.misfit * last.expected <= noise(last.expected)
+            || known.levels.is_empty()
+                && self.explained_by_chains(last)? >= FAR_LESS.1 * (last.fit.misfit - last.expected);
         let is_white = found.disturbances.is_noise() && is_new(known, &found.disturbances);
         let is_for_the_next = if is_more { is_all } else { is_white };
         if is_for_the_next { Ok(findings) } else { self.with_law(findings) }
@@ -262,7 +324,7 @@ impl Search<'_> {
         let whole = self.whole();
         let mut fit = fit.clone();
         hypothesis.refresh(self.setup, &mut fit, &whole)?;
-        leftover(self.setup, &hypothesis.problem(self.setup)?, &fit, &whole)
+        leftover(self.setup, &hypothesis.problem(self.setup)?, &fit, (&whole, Kinds::All))
     }
 }
 
