@@ -176,7 +176,7 @@ function layParameters(path) {
   lists.parameters = [];
   const made = own.slice(0, MOST_ROWS).map((one) => parameter(one, one.p && values.length > one.p[0] ? values[one.p[0]] * one.p[1] : one.c));
   place.replaceChildren(...made);
-  if (canRun && own.some((one) => one.s)) place.append(element("p", {}, element("button", { type: "button", onclick: resetParameters }, "all as the model says")));
+  if (canRun && own.some((one) => one.s !== undefined)) place.append(element("p", {}, element("button", { type: "button", onclick: resetParameters }, "all as the model says")));
   document.getElementById("parameters-part").hidden = !own.length;
 }
 
@@ -187,15 +187,21 @@ function parameter(own, original) {
   const name = element("label", { class: "name", for: id }, own.last, ...(own.d ? [element("small", {}, own.d)] : []));
   const unit = element("span", { class: "unit" }, own.u && own.u !== "1" ? own.u : "");
   const box = element("div", { class: "parameter" + (now === null ? "" : " changed") }, name);
-  if (!canRun || own.s !== 1 || original === undefined) {
-    const words = withUnit(original, "", own.k);
-    const why = own.s === 0 && canRun ? "decides sizes or structure: set it by --set" : null;
-    const fixed = element("output", { id, title: why }, words);
-    box.append(fixed, unit);
-    lists.parameters.push({ own, show: () => { const value = valueAt(mainRun(), own.n, view.time); if (Number.isFinite(value)) fixed.textContent = withUnit(value, "", own.k); } });
+  const isStructural = isServed && own.s === 0 && original !== undefined;
+  if (!isStructural && (!canRun || own.s !== 1 || original === undefined)) {
+    // What cannot be set reads as elsewhere, with its unit beside the number.
+    unit.textContent = "";
+    const fixed = element("output", { id, class: "fixed" }, withUnit(original, own.u, own.k));
+    box.append(fixed);
+    lists.parameters.push({ own, show: () => { const value = valueAt(mainRun(), own.n, view.time); if (Number.isFinite(value)) fixed.textContent = withUnit(value, own.u, own.k); } });
     return box;
   }
+  if (isStructural) {
+    name.append(element("small", {}, "decides sizes or structure: the model is translated again"));
+    box.classList.toggle("changed", address.set.has(own.n));
+  }
   const change = (text) => {
+    if (isStructural) { translateAgain(own.n, text); return; }
     runs.set[own.n] = text;
     box.classList.add("changed");
     runModel();
@@ -214,6 +220,12 @@ function parameter(own, original) {
   }
   const [low, high] = limitsOf(own, original), isWhole = own.k === "Integer";
   const field = element("input", { type: "number", id, step: isWhole ? 1 : "any", value: numeric });
+  if (isStructural) {
+    // Not while a number is being typed: a translation may take seconds.
+    field.addEventListener("change", () => { if (field.value.trim() !== "" && Number.isFinite(Number(field.value))) change(String(Number(field.value))); });
+    box.append(field, unit);
+    return box;
+  }
   const slider = element("input", { type: "range", min: 0, max: isWhole ? high - low : STEPS, step: 1, "aria-label": own.n + " by slider" });
   const count = Number(slider.max), place = (value) => { slider.value = Math.round((value - low) / (high - low) * count); };
   const tell = (value) => slider.setAttribute("aria-valuetext", withUnit(value, own.u, own.k));
@@ -235,6 +247,7 @@ function parameter(own, original) {
 
 function resetParameters() {
   runs.set = {};
+  if (address.set.size) { load(new Map(), ""); return; }
   layParameters(lists.path);
   runModel();
 }
