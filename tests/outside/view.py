@@ -320,6 +320,28 @@ def check_placed(browser):
         done(page, url.split("/?")[0])
 
 
+def check_finding(browser):
+    """What a search says, on the diagram."""
+    report = {"model": "SingleActingDrive.Drive", "sentence": "named: missing is coil_heating",
+              "effects": [{"component": "ro.rlc.coil", "effect": "coil_heating", "equation": "heating of the coil", "parameters": {"a": {"value": 2.345, "stderr": 0.0123}}}],
+              "location": [{"component": "ro.rlc.coil", "equation": "in series with the coil", "effect": "coil_heating", "score": 400},
+                           {"component": "sh", "equation": "m*der(w) = F", "coefficient": 3, "shape": "w", "unit": "N.s/m", "score": 100}]}
+    folder = WORK / "finding"
+    folder.mkdir(exist_ok=True)
+    (folder / "report.json").write_text(json.dumps(report))
+    with Served(DRIVE, folder) as url:
+        page = open_page(browser, url)
+        shares = page.evaluate("Object.fromEntries([...document.querySelectorAll('.part.lacking')].map((own) => [picture.shown.parts[own.dataset.part].path, own.style.getPropertyValue('--share')]))")
+        check(shares == {"ro": "1.000", "sh": "0.500"}, f"parts are coloured by what would explain the gap: {shares}")
+        said = page.inner_text("#finding")
+        check("missing is coil_heating" in said and "a = 2.345 ± 0.012" in said and "3*w N.s/m in m*der(w) = F" in said, said)
+        page.get_by_role("button", name="ro.rlc.coil").click()
+        check(page.evaluate("picture.shown.path") == "ro.rlc" and page.inner_text("#component-title") == "ro.rlc.coil", "a place opens where it is")
+        check("coil_heating" in page.inner_text("#finding") and "der(w)" not in page.inner_text("#finding"), page.inner_text("#finding"))
+        done(page, url.split("/?")[0])
+        accessible(browser, url, "finding")
+
+
 def check_written(browser):
     run("simulate", DRIVE, "--set", "p0=8e6", "--result", WORK / "low.csv")
     run("view", DRIVE, WORK / "low.csv", "--output", WORK / "view.html")
@@ -342,6 +364,7 @@ with sync_playwright() as play:
     check_served(browser)
     check_drawn(browser)
     check_placed(browser)
+    check_finding(browser)
     check_written(browser)
     browser.close()
 print("pages of hyd view in a browser: as they should be")

@@ -119,6 +119,7 @@ function select(path, quietly) {
   if (describe) about.append(element("p", {}, describe));
   if (className && path) about.append(element("p", { class: "pale" }, (known ? known.kind + " " : "") + className));
   if (diagram && diagram !== shown) about.append(element("p", {}, element("button", { type: "button", onclick: () => { openDiagram(path); document.getElementById("drawing").focus(); } }, "look inside " + path)));
+  layFinding(path);
   layParameters(path);
   lists.rows = [];
   const inside = DATA.variables.filter((own) => (own.path === path || isConnectorOf(own, path)) && own.v !== "parameter" && own.v !== "constant" && isListed(own));
@@ -128,6 +129,34 @@ function select(path, quietly) {
   layTexts(path, part, known);
   fillIn();
   if (!quietly) redraw();
+}
+
+// What a search says of a component and of what is in it: what was named, and what the terms and effects at its places would explain.
+const MOST_PLACES = 12;
+function isWithin(inner, outer) {
+  return outer === "" || inner === outer || inner.startsWith(outer + ".") || inner.startsWith(outer + "[");
+}
+
+function layFinding(path) {
+  const box = document.getElementById("finding"), { finding } = DATA;
+  box.hidden = !finding;
+  if (!finding) return;
+  const own = finding.places.filter((one) => isWithin(one.component || "", path)), top = Math.max(...finding.places.map((one) => one.score), 0);
+  box.replaceChildren(element("p", {}, element("b", {}, path ? "What seems to be missing here" : finding.sentence)));
+  for (const one of finding.named.filter((named) => isWithin(named.component || "", path))) {
+    const sizes = Object.entries(one.parameters).map(([name, size]) => name + " = " + short(size.value) + (size.stderr > 0 ? " \u00b1 " + short(size.stderr, 2) : ""));
+    box.append(element("p", {}, "Named: " + one.words + " at " + one.component + ", " + sizes.join(", ")));
+  }
+  if (!own.length) { box.append(element("p", { class: "pale" }, "Nothing at this place explains a part of the gap.")); return; }
+  box.append(element("ul", {}, ...own.slice(0, MOST_PLACES).map((one) => {
+    const bar = element("i", {});
+    bar.style.width = 100 * Math.max(0, one.score) / top + "%";
+    const what = one.effect ? one.equation + " (" + one.effect + ")" : short(one.coefficient) + "*" + one.shape + (one.unit && one.unit !== "1" ? " " + one.unit : "") + " in " + one.equation;
+    const where = diagramOf(parted(one.component || "")[0]);
+    const name = where ? element("button", { type: "button", onclick: () => { openDiagram(where.path); select(one.component); } }, one.component || DATA.model.name) : one.component || DATA.model.name;
+    return element("li", {}, element("span", { class: "heat" }, bar), name, " ", element("code", {}, what), element("span", { class: "pale" }, ", drop of the cost " + short(one.score, 3)));
+  })));
+  if (own.length > MOST_PLACES) box.append(element("p", { class: "pale" }, own.length - MOST_PLACES + " more places"));
 }
 
 // Variables of the connectors of a component count as its own: those one level further in that hold no components.
