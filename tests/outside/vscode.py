@@ -170,9 +170,14 @@ def messages(window):
     check(any("hyd" in row and "E0201" in row for row in shown), f"the message has its source and its code: {shown}")
     window.picture("problems")
     window.open("faulty.hyd")
-    window.go(8, 15)
-    window.press("Control+.")
-    window.wait(".action-widget", "x")
+    window.go(8, 17)
+
+    def offered():
+        # Who asks before the editor has the message gets nothing, and asks again.
+        window.press("Control+.")
+        window.page.wait_for_timeout(3000)
+        return [text for text in window.texts(".action-widget") if "`x`" in text]
+    until(offered, "no change is offered", window.page)
     window.picture("fixes")
     window.press("Enter")
     until(lambda: "-c*x;" in window.text(), f"the change is not made: {window.text()}", window.page)
