@@ -6,7 +6,8 @@
 Writes a library into a temporary folder: packages of components with connectors, records and functions, each class a file, and a system that
 connects some of them.  Starts `hyd lsp`, opens the system and a component, and types declarations and equations into both, character by
 character, each key as soon as the messages of the one before have come.  Prints the time from key to messages (95 of 100 are below the second
-number), from process to readiness, of questions asked between keys, and the largest memory that the server has held.
+number), from process to readiness, of questions asked between keys, and the largest memory that the server has held; and of keys the CPU time that the
+server spent between them, which other programs on the machine do not lengthen.
 """
 import argparse
 import json
@@ -117,6 +118,11 @@ class Client:
         moment, message = self.until(fits)
         return message["params"]["diagnostics"], moment - begin
 
+    def spent(self):
+        """Seconds of a processor that the server has had; none where the system does not say."""
+        tasks = pathlib.Path(f"/proc/{self.process.pid}/task").glob("*/schedstat")
+        return sum(int(task.read_text().split()[0]) for task in tasks) / 1e9
+
     def memory(self):
         status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
         return {key: int(line.split()[1]) / 1024 for line in status.splitlines() for key in ("VmRSS", "VmHWM") if line.startswith(key)}
@@ -134,11 +140,11 @@ def typed(client, path, line, words, keys, times, answers):
     def change(start, end, new):
         nonlocal version
         version += 1
-        begin = time.perf_counter()
+        before, begin = client.spent(), time.perf_counter()
         client.tell("textDocument/didChange", {"textDocument": {"uri": uri, "version": version},
                                                "contentChanges": [{"range": {"start": start, "end": end}, "text": new}]})
         said, seconds = client.messages(uri, version, begin)
-        times.append((seconds, not [one for one in said if one["severity"] == 1]))
+        times.append((seconds, not [one for one in said if one["severity"] == 1], client.spent() - before))
         return said
     done = 0
     while done < keys:
@@ -194,8 +200,10 @@ def main():
         memory = client.memory()
         print(f"{lines} lines; milliseconds{'':<11}   median  95/100      max  count")
         for name, times in (("system", of_system), ("component", of_part)):
-            shown(f"key to messages, {name}", [seconds for seconds, _ in times])
-            shown("  of these, texts without errors", [seconds for seconds, fine in times if fine])
+            shown(f"key to messages, {name}", [seconds for seconds, _, _ in times])
+            shown("  CPU time of the server", [cpu for _, _, cpu in times])
+            shown("  of these, texts without errors", [seconds for seconds, fine, _ in times if fine])
+            shown("  CPU time of the server", [cpu for _, fine, cpu in times if fine])
         for name, times in answers.items():
             shown(name, times)
         print(f"process to readiness {1e3 * client.ready:.0f} ms; first messages of the system {1e3 * opened:.0f} ms")

@@ -427,6 +427,9 @@ pub struct Diff {
     /// Prints the changes as JSON
     #[arg(long)]
     pub json: bool,
+    /// Writes the changes as a page, too: what was said beside what is said, class by class
+    #[arg(long, value_name = "F.html")]
+    pub html: Option<PathBuf>,
 }
 
 /// `hyd test`

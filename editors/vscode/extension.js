@@ -28,6 +28,8 @@ async function start() {
     documentSelector: [{ language: "hyd" }],
     initializationOptions: options(),
     synchronize: { configurationSection: "hyd" },
+    // The one thing that the server wants shown are equations, which the extension shows itself.
+    middleware: { window: { showDocument: async () => ({ success: true }) } },
   });
   try {
     await client.start();
@@ -128,8 +130,17 @@ async function plot(uri, name) {
   }
 }
 
-async function show(content, language) {
-  const document = await vscode.workspace.openTextDocument({ content, language });
+// Texts that the server has given, by title: they can be read and copied, and nothing asks to save them.
+const SCHEME = "hyd-text";
+const texts = new Map();
+const renewed = new vscode.EventEmitter();
+const reader = { onDidChange: renewed.event, provideTextDocumentContent: (uri) => texts.get(uri.path) };
+
+async function show(content, title) {
+  const uri = vscode.Uri.from({ scheme: SCHEME, path: `/${title}` });
+  texts.set(uri.path, content);
+  renewed.fire(uri);
+  const document = await vscode.workspace.openTextDocument(uri);
   await vscode.window.showTextDocument(document, { viewColumn: vscode.ViewColumn.Beside, preview: true });
 }
 
@@ -154,7 +165,7 @@ async function equations(uri, name) {
   }
   const text = await asked("hyd.server.equations", [chosen.document.uri.toString(), chosen.name]);
   if (text) {
-    await show(text, "plaintext");
+    await show(text, `${chosen.name} (equations)`);
   }
 }
 
@@ -166,7 +177,7 @@ async function explain(code) {
   const wanted = code || await vscode.window.showInputBox({ prompt: "A code, such as E0201", value: here && String(here.code) });
   const text = wanted && await asked("hyd.server.explain", [wanted]);
   if (text) {
-    await show(text, "plaintext");
+    await show(text, wanted);
   }
 }
 
@@ -184,6 +195,7 @@ async function report() {
 }
 
 async function activate(context) {
+  context.subscriptions.push(vscode.workspace.registerTextDocumentContentProvider(SCHEME, reader));
   const commands = { simulate, plot, equations, explain, report };
   for (const [name, command] of Object.entries(commands)) {
     context.subscriptions.push(vscode.commands.registerCommand(`hyd.${name}`, command));

@@ -58,6 +58,52 @@ DRAWN = """package Drawn
 end Drawn;
 """
 
+# Parts that annotations place and no line connects; a parameter that decides how many variables there are.
+PLACED = """package Placed
+  connector Pin
+    Real v;
+    flow Real i;
+  end Pin;
+  model Resistor
+    parameter Real R(min = 0) = 2 "resistance";
+    parameter Integer n(min = 1) = 2 "pieces";
+    Pin a annotation(Placement(transformation(extent = {{-110, -10}, {-90, 10}})));
+    Pin b annotation(Placement(transformation(extent = {{90, -10}, {110, 10}})));
+    Real part[n];
+  equation
+    a.i + b.i = 0;
+    a.v - b.v = sum(part);
+    for k in 1:n loop
+      part[k] = R/n*a.i;
+    end for;
+  end Resistor;
+  model Source
+    Pin a annotation(Placement(transformation(extent = {{-10, -10}, {10, 10}})));
+  equation
+    a.v = sin(time);
+  end Source;
+  model Ground
+    Pin a annotation(Placement(transformation(extent = {{-10, -10}, {10, 10}})));
+  equation
+    a.v = 0;
+  end Ground;
+  model Row
+    Source source annotation(Placement(transformation(extent = {{-90, -10}, {-70, 10}})));
+    Resistor one annotation(Placement(transformation(extent = {{-50, -10}, {-30, 10}})));
+    Resistor two annotation(Placement(transformation(extent = {{-10, -10}, {10, 10}})));
+    Ground ground annotation(Placement(transformation(extent = {{40, -10}, {60, 10}})));
+    Resistor beside annotation(Placement(transformation(extent = {{-30, 30}, {-10, 50}})));
+  equation
+    connect(source.a, one.a);
+    connect(one.b, two.a);
+    connect(two.b, ground.a);
+    connect(source.a, beside.b);
+    connect(beside.a, ground.a);
+    annotation(experiment(StopTime = 1));
+  end Row;
+end Placed;
+"""
+
 
 def check(condition, words):
     if not condition:
@@ -227,6 +273,75 @@ def check_drawn(browser):
         accessible(browser, url, "drawn")
 
 
+# Which parts a line runs through that does not end there, in the coordinates of the picture.
+THROUGH = """picture.shown.wires.flatMap((wire, k) => {
+  const line = [...document.querySelector(`[data-wire="${k}"] path`).getAttribute("d").matchAll(/(-?[\\d.]+) (-?[\\d.]+)/g)].map((own) => [+own[1], +own[2]]);
+  const ends = wire.ends.map((own) => own.split(".")[0]);
+  return picture.shown.parts.filter((part, n) => {
+    if (ends.includes(part.name)) return false;
+    const box = document.querySelector(`[data-part="${n}"] rect`).getBBox(), inset = 0.5;
+    return line.slice(1).some(([x, y], m) => {
+      const [u, v] = line[m];
+      return Math.max(x, u) > box.x + inset && Math.min(x, u) < box.x + box.width - inset && Math.max(y, v) > box.y + inset && Math.min(y, v) < box.y + box.height - inset;
+    });
+  }).map((part) => wire.ends.join(" - ") + " through " + part.name);
+})"""
+
+
+def check_placed(browser):
+    (WORK / "placed.mo").write_text(PLACED)
+    with Served(WORK / "placed.mo") as url:
+        page = open_page(browser, url)
+        check(page.locator(".wire").count() == 5, "all connections are drawn")
+        check(page.evaluate(THROUGH) == [], page.evaluate(THROUGH))
+        page.screenshot(path=WORK / "view_placed.png")
+        # A parameter that decides sizes: the model is translated again, and what was set stays.
+        page.locator(".part[data-part='1']").click()
+        page.locator("input[id='p-one.R']").fill("3")
+        until(page, "runs.own.key.includes('one.R') && !runs.flying")
+        count = "DATA.variables.filter((own) => own.n.startsWith('one.part[')).length"
+        check(page.evaluate(count) == 2, "two pieces at first")
+        with page.expect_navigation():
+            page.locator("input[id='p-one.n']").fill("4")
+            page.locator("input[id='p-one.n']").press("Enter")
+        until(page, "Boolean(mainRun() && mainRun().times.length > 0 && !view.due)")
+        check(page.evaluate(count) == 4, "four pieces then")
+        check(page.evaluate("runs.own.key") == '{"one.R":"3"}', "the resistance stays as it was set")
+        check(page.evaluate("document.activeElement.id") == "p-one.n", "the focus stays")
+        # What cannot be translated is said, with a way back.
+        with page.expect_navigation():
+            page.locator("input[id='p-one.n']").fill("0")
+            page.locator("input[id='p-one.n']").press("Enter")
+        check("one.n" in page.inner_text("#wrong") and "one.n = 0" in page.inner_text("#about"), page.inner_text("header"))
+        with page.expect_navigation():
+            page.get_by_role("button", name="translate it without").click()
+        until(page, "Boolean(mainRun() && mainRun().times.length > 0 && !view.due)")
+        check(page.evaluate(count) == 2, "two pieces again")
+        done(page, url.split("/?")[0])
+
+
+def check_finding(browser):
+    """What a search says, on the diagram."""
+    report = {"model": "SingleActingDrive.Drive", "sentence": "named: missing is coil_heating",
+              "effects": [{"component": "ro.rlc.coil", "effect": "coil_heating", "equation": "heating of the coil", "parameters": {"a": {"value": 2.345, "stderr": 0.0123}}}],
+              "location": [{"component": "ro.rlc.coil", "equation": "in series with the coil", "effect": "coil_heating", "score": 400},
+                           {"component": "sh", "equation": "m*der(w) = F", "coefficient": 3, "shape": "w", "unit": "N.s/m", "score": 100}]}
+    folder = WORK / "finding"
+    folder.mkdir(exist_ok=True)
+    (folder / "report.json").write_text(json.dumps(report))
+    with Served(DRIVE, folder) as url:
+        page = open_page(browser, url)
+        shares = page.evaluate("Object.fromEntries([...document.querySelectorAll('.part.lacking')].map((own) => [picture.shown.parts[own.dataset.part].path, own.style.getPropertyValue('--share')]))")
+        check(shares == {"ro": "1.000", "sh": "0.500"}, f"parts are coloured by what would explain the gap: {shares}")
+        said = page.inner_text("#finding")
+        check("missing is coil_heating" in said and "a = 2.345 ± 0.012" in said and "3*w N.s/m in m*der(w) = F" in said, said)
+        page.get_by_role("button", name="ro.rlc.coil").click()
+        check(page.evaluate("picture.shown.path") == "ro.rlc" and page.inner_text("#component-title") == "ro.rlc.coil", "a place opens where it is")
+        check("coil_heating" in page.inner_text("#finding") and "der(w)" not in page.inner_text("#finding"), page.inner_text("#finding"))
+        done(page, url.split("/?")[0])
+        accessible(browser, url, "finding")
+
+
 def check_written(browser):
     run("simulate", DRIVE, "--set", "p0=8e6", "--result", WORK / "low.csv")
     run("view", DRIVE, WORK / "low.csv", "--output", WORK / "view.html")
@@ -248,6 +363,8 @@ with sync_playwright() as play:
     browser = play.chromium.launch(executable_path=program, args=ARGUMENTS)
     check_served(browser)
     check_drawn(browser)
+    check_placed(browser)
+    check_finding(browser)
     check_written(browser)
     browser.close()
 print("pages of hyd view in a browser: as they should be")

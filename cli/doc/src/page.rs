@@ -89,7 +89,8 @@ impl Page {
         let title = escape(&self.title);
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><title>{title}</title>\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><style>{STYLE}</style></head><body>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\
+             <meta name=\"color-scheme\" content=\"light dark\"/><style>{STYLE}</style></head><body>\n\
              <nav><h1>{title}</h1><input id=\"find\" type=\"search\" placeholder=\"find a class\" aria-label=\"find a class\"/>\
              <ul id=\"tree\">{tree}</ul></nav>\n<main>{all}</main>\n<script>{SCRIPT}</script></body></html>\n"
         )

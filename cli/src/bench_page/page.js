@@ -173,7 +173,7 @@ function shots(main) {
   const bar = add(own, "div", null, { class: "bar" });
   DATA.shots.forEach((shot, k) => {
     const button = add(bar, "button", `shot ${shot.number}`);
-    const show = () => { button.style.borderBottom = `3px solid ${hidden.has(shot.number) ? "#d8dde5" : colour(k)}`; };
+    const show = () => { button.style.borderBottom = `3px solid ${hidden.has(shot.number) ? "var(--line)" : colour(k)}`; };
     show();
     button.addEventListener("click", () => {
       if (!hidden.delete(shot.number)) hidden.add(shot.number);

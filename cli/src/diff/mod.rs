@@ -3,6 +3,7 @@
 //! Called by git as an external difference (`git config diff.hyd.command "hyd diff"`) it gets seven arguments and always ends well.
 
 mod facts;
+mod page;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -12,7 +13,8 @@ use serde_json::{Value, json};
 use self::facts::{Facts, Kind, facts};
 use crate::arguments::Diff;
 use crate::{Failure, output};
-use hyd_run::read_text;
+use hyd_results::write_whole;
+use hyd_run::{check_target, read_text};
 
 /// What stands for a file that is not there, in calls by git.
 const NOTHING: &str = "/dev/null";
@@ -35,9 +37,18 @@ pub(crate) fn diff(arguments: &Diff) -> Result<(), Failure> {
         [path, first, _, _, second, _, _] => (Some(path.clone()), first.clone(), second.clone(), true),
         _ => return Err(Failure::Usage("two files are compared: hyd diff A B".to_string())),
     };
+    if let Some(path) = &arguments.html {
+        check_target("--html", path, &[&first, &second])?;
+    }
     let (before, mut after) = (models(&first)?, models(&second)?);
     let renamed = renamed(&before, &mut after);
     let changes: Vec<Change> = renamed.into_iter().chain(changes(&before, &after)).collect();
+    if let Some(path) = &arguments.html {
+        let names = [&first, &second].map(|own| shown.as_ref().unwrap_or(own).display().to_string());
+        let page = page::page(&changes, [&names[0], &names[1]]);
+        let failed = |error: std::io::Error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display()));
+        write_whole(path, page.as_bytes()).map_err(failed)?;
+    }
     if arguments.json {
         let list: Vec<Value> = changes.iter().map(Change::json).collect();
         output::print(&format!(

@@ -32,6 +32,27 @@ pub(crate) struct Request {
     pub(crate) body: Vec<u8>,
 }
 
+/// A value of a query without its percent signs; what is no Unicode text is shown as such.
+fn plain(value: &str) -> String {
+    let bytes = value.as_bytes();
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        let hex = value.get(at + 1..at + 3).filter(|_| byte == b'%');
+        match hex.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
+            Some(byte) => {
+                out.push(byte);
+                at += 3;
+            }
+            None => {
+                out.push(if byte == b'+' { b' ' } else { byte });
+                at += 1;
+            }
+        }
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 /// What is answered.
 #[derive(Debug)]
 pub(crate) struct Answer {
@@ -56,6 +77,12 @@ impl Request {
         let mut found = self.headers.iter().filter(|(own, _)| own.eq_ignore_ascii_case(name));
         let first = found.next()?;
         found.next().is_none().then_some(&*first.1)
+    }
+
+    /// The values that the query gives a name, as they were before they were made fit for an address.
+    pub(crate) fn asked<'a>(&'a self, name: &'a str) -> impl Iterator<Item = String> + 'a {
+        let pairs = self.query.split('&').filter_map(|own| own.split_once('='));
+        pairs.filter(move |(own, _)| *own == name).map(|(_, value)| plain(value))
     }
 
     fn has(&self, name: &str) -> bool {
@@ -230,6 +257,14 @@ mod tests {
         assert_eq!((first.method.as_str(), first.path.as_str(), first.query.as_str()), ("POST", "/run", "a=b"));
         assert_eq!((first.body.as_slice(), first.header("host")), (&b"abc"[..], Some("x")));
         assert_eq!((second.body.len(), second.header("Host")), (0, None), "which host counts?");
+    }
+
+    #[test]
+    fn a_query_gives_a_name_its_values() {
+        let request =
+            Request { query: "token=ab&set=n%3D2+%2B%201&set=%E2%82%ac%zz&sets=3&set".into(), ..Request::default() };
+        assert_eq!(request.asked("set").collect::<Vec<_>>(), ["n=2 + 1", "€%zz"]);
+        assert_eq!(request.asked("token").next().as_deref(), Some("ab"));
     }
 
     #[test]

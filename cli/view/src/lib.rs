@@ -1,11 +1,12 @@
 //! The view, `hyd view`: a model or results as one page, served on the loopback or written as a file.
 //!
 //! Data flow one way: files become a `session` (a model translated, with the diagrams that `diagram` reads from its instances and annotations, and
-//! results beside it), that becomes data and a `page`; `server` answers what the page asks while somebody looks at it (runs with other parameters, as
+//! results and the `finding` of a search beside it), that becomes data and a `page`; `server` answers what the page asks while somebody looks at it (runs with other parameters, as
 //! bytes of `encode`) over `http`, and `guard` says who may ask.  Nothing is written but what `--output` names, and nothing leaves the machine.
 
 mod diagram;
 mod encode;
+mod finding;
 mod guard;
 mod http;
 mod page;

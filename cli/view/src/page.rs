@@ -53,6 +53,9 @@ pub(crate) fn data(session: &Session) -> Value {
         }
         data["model"] = of_model(model);
     }
+    if let Some(finding) = &session.finding {
+        data["finding"] = finding.clone();
+    }
     let units = |name: &str| session.units.get(name).map_or("", String::as_str);
     let names = session.runs.iter().flat_map(|run| {
         let constants = run.table.constants.iter().map(|(name, _)| name);

@@ -1,4 +1,5 @@
-//! What a server shows: read when it begins, and again whenever the page is reloaded, so that an edited text is seen.
+//! What a server shows: read when it begins, and again whenever the page is reloaded, so that an edited text is seen, and so that parameters which
+//! decide sizes or structure count.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,16 +42,19 @@ impl Reading {
         self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// What is shown to whoever loads the page.
+    /// What is shown to whoever loads the page; `set`: parameters that its address sets, beside those of the command line and before them.
     ///
     /// # Errors
     /// What the compiler says of the texts as they are now.
-    pub(crate) fn again(&self) -> Result<Arc<Read>, String> {
-        if self.is_new.swap(false, Ordering::Relaxed) {
+    pub(crate) fn again(&self, set: Vec<(String, String)>) -> Result<Arc<Read>, String> {
+        if self.is_new.swap(false, Ordering::Relaxed) && set.is_empty() {
             return Ok(self.newest());
         }
+        let mut options = self.options.clone();
+        options.set.retain(|(name, _)| set.iter().all(|(other, _)| other != name));
+        options.set.extend(set);
         let heard = Heard::default();
-        match open(&self.options, &heard) {
+        match open(&options, &heard) {
             Ok((session, data)) => {
                 let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
                 let number = newest.number + 1;

@@ -100,7 +100,10 @@ impl Server {
                     Err(reason) => return Answer::words(500, &reason),
                 };
                 let shown = |number| Shown::Served { token: self.guard.token(), nonce: &nonce, number };
-                let page = match reading.again() {
+                // What decides sizes or structure is set by the address of the page: the model is translated with it.
+                let set = request.asked("set");
+                let set = set.filter_map(|own| own.split_once('=').map(|(name, value)| (name.into(), value.into())));
+                let page = match reading.again(set.collect()) {
                     Ok(read) => html(&read.session, &read.data, &shown(read.number)),
                     Err(words) => {
                         let before = reading.newest();

@@ -17,6 +17,7 @@ use serde_json::{Map, Value, json};
 
 use crate::diagram::extract::{Extracted, extract};
 use crate::encode::Numbers;
+use crate::finding;
 
 /// Runs of files that one page overlays.
 const MOST_RUNS: usize = 12;
@@ -48,6 +49,8 @@ pub(crate) struct Session {
     pub(crate) title: String,
     pub(crate) model: Option<Model>,
     pub(crate) runs: Vec<FileRun>,
+    /// What a search says of the model.
+    pub(crate) finding: Option<Value>,
     /// Name and unit of each variable of the files.
     pub(crate) units: std::collections::BTreeMap<String, String>,
 }
@@ -87,7 +90,11 @@ impl Session {
                     "`{file}` is a unit of another tool: run it by `hyd simulate {file} --result run.csv`, and look at run.csv"
                 )));
             }
-            if !is_model(file) && !ends_in(file, &["csv", "parquet", "mat"]) && !file.is_dir() {
+            if !is_model(file)
+                && finding::report_of(file).is_none()
+                && !ends_in(file, &["csv", "parquet", "mat"])
+                && !file.is_dir()
+            {
                 let file = file.display();
                 return Err(Failure::Usage(format!(
                     "`{file}`: models end in .hyd or .mo, results in .csv, .parquet or .mat"
@@ -102,10 +109,25 @@ impl Session {
             },
             model,
             runs: Vec::new(),
+            finding: None,
             units: std::collections::BTreeMap::new(),
         };
         for file in &files[usize::from(session.model.is_some())..] {
-            session.read(file)?;
+            let Some(report) = finding::report_of(file) else {
+                session.read(file)?;
+                continue;
+            };
+            let name = session.model.as_ref().and_then(|model| model.compilation.model_name.as_deref());
+            let Some(name) = name else {
+                let file = file.display();
+                return Err(Failure::Usage(format!(
+                    "`{file}` is the report of a search: the model that it is of comes first"
+                )));
+            };
+            if session.finding.is_some() {
+                return Err(Failure::Usage("a page shows the finding of one search".to_string()));
+            }
+            session.finding = Some(finding::read(&report, name)?);
         }
         Ok(session)
     }

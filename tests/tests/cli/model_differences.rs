@@ -41,6 +41,32 @@ fn layout_order_and_graphics_do_not_count() {
     assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), "the models are the same\n"), "{}", outcome.stderr);
 }
 
+/// The page shows the changes that the text lists, with what a browser could take for tags written out, and is never written over a model.
+#[test]
+fn a_page_shows_both_sides() {
+    let folder = Scratch::new();
+    folder.write("a.mo", "model M\n  Real x = if time < 1 then 2 else 3;\nend M;\n");
+    folder.write("b.mo", "model M\n  Real x = if time < 1 then 2 else 4;\n  Real y = 5;\nend M;\n");
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo", "--html", "page.html"]);
+    assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+    let page = std::fs::read_to_string(folder.path().join("page.html")).unwrap();
+    for shown in [
+        "a.mo → b.mo",
+        "3 changes in the models.",
+        "<h2>M</h2>",
+        "<tr><th scope=\"row\">value<small>x</small></th><td><del><code>if time &lt; 1 then 2 else 3</code></del></td>",
+        "<ins><code>if time &lt; 1 then 2 else 4</code></ins>",
+        "<tr><th scope=\"row\">component<small>y</small></th><td></td><td><ins><code>Real</code></ins></td></tr>",
+    ] {
+        assert!(page.contains(shown), "{shown} is not in {page}");
+    }
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo", "--html", "a.mo"]);
+    assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+    let outcome = run(folder.path(), &["diff", "a.mo", "a.mo", "--html", "same.html"]);
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), "the models are the same\n"));
+    assert!(std::fs::read_to_string(folder.path().join("same.html")).unwrap().contains("The models are the same."));
+}
+
 #[test]
 fn what_changed_is_named() {
     let folder = Scratch::new();

@@ -47,14 +47,14 @@ function curveView(root, shots, channels, first, isExtended) {
       { values: keep(own.measured), color: "--seen", dots: true },
       { values: own.base, color: "--base" },
       ...(isExtended ? [{ values: own.extended, color: "--more" }] : []),
-    ], info.name + (info.unit ? " / " + info.unit : ""), null);
+    ], info.name, info.unit, null);
     plot(below, times, t0, t1, [
       { values: residual(own.base), color: "--base" },
       ...(isExtended ? [{ values: residual(own.extended), color: "--more" }] : []),
-    ], "residual / sigma", [-3, 3]);
+    ], "residual / sigma", "", [-3, 3]);
   }
 
-  function plot(canvas, times, t0, t1, lines, title, band) {
+  function plot(canvas, times, t0, t1, lines, name, unit, band) {
     const scale = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
     canvas.width = width * scale; canvas.height = height * scale;
     const pen = canvas.getContext("2d");
@@ -73,18 +73,20 @@ function curveView(root, shots, channels, first, isExtended) {
     const x = (time) => box.x0 + (box.x1 - box.x0) * (time - t0) / (t1 - t0);
     const y = (value) => box.y1 - (box.y1 - box.y0) * (value - low) / (high - low);
     canvas.map = { box, t0, t1 };
-    pen.font = "11px system-ui, sans-serif"; pen.fillStyle = color("--pale"); pen.strokeStyle = "#e6eaf0"; pen.lineWidth = 1;
-    if (band) { pen.fillStyle = "#f1f5f1"; pen.fillRect(box.x0, y(band[1]), box.x1 - box.x0, y(band[0]) - y(band[1])); pen.fillStyle = color("--pale"); }
-    for (const tick of ticks(low, high, 5)) {
-      pen.beginPath(); pen.moveTo(box.x0, y(tick)); pen.lineTo(box.x1, y(tick)); pen.stroke();
-      pen.textAlign = "right"; pen.textBaseline = "middle"; pen.fillText(short(tick), box.x0 - 6, y(tick));
+    pen.font = "11px system-ui, sans-serif"; pen.fillStyle = color("--pale"); pen.strokeStyle = color("--grid"); pen.lineWidth = 1;
+    if (band) { pen.fillStyle = color("--noise"); pen.fillRect(box.x0, y(band[1]), box.x1 - box.x0, y(band[0]) - y(band[1])); pen.fillStyle = color("--pale"); }
+    const [factor, sized] = scaled(Math.max(Math.abs(low), Math.abs(high)), unit), title = name + (sized ? " / " + sized : "");
+    for (const tick of ticks(low / factor, high / factor, 5)) {
+      const at = y(tick * factor);
+      pen.beginPath(); pen.moveTo(box.x0, at); pen.lineTo(box.x1, at); pen.stroke();
+      pen.textAlign = "right"; pen.textBaseline = "middle"; pen.fillText(short(tick), box.x0 - 6, at);
     }
-    const [per, unit] = clock(t0, t1);
+    const [per, second] = clock(t0, t1);
     for (const tick of ticks(t0 * per, t1 * per, 8)) {
       pen.beginPath(); pen.moveTo(x(tick / per), box.y0); pen.lineTo(x(tick / per), box.y1); pen.stroke();
       pen.textAlign = "center"; pen.textBaseline = "top"; pen.fillText(short(tick), x(tick / per), box.y1 + 5);
     }
-    pen.textAlign = "right"; pen.fillText("time / " + unit, box.x1, box.y1 + 17);
+    pen.textAlign = "right"; pen.fillText("time / " + second, box.x1, box.y1 + 17);
     pen.textAlign = "left"; pen.textBaseline = "top"; pen.fillText(title, box.x0 + 6, box.y0 + 2);
     pen.save(); pen.beginPath(); pen.rect(box.x0, box.y0, box.x1 - box.x0, box.y1 - box.y0); pen.clip();
     for (const line of lines) {
@@ -127,10 +129,10 @@ function curveView(root, shots, channels, first, isExtended) {
       const times = shots[state.shot].times, time = times[0] + share(canvas, event.offsetX) * (times[times.length - 1] - times[0]);
       const k = nearest(times, time), own = series();
       state.at = times[k];
-      const value = (list) => (list[k] === null ? "-" : short(list[k]));
+      const value = (list) => (list[k] === null ? "-" : withUnit(list[k], meta().unit));
       const [per, unit] = clock(times[0], times[times.length - 1]);
       hover.textContent = "t = " + short(times[k] * per) + " " + unit + "   measured " + value(own.measured) + "   base " + value(own.base) +
-        (isExtended ? "   extended " + value(own.extended) : "") + "   " + (meta().unit || "");
+        (isExtended ? "   extended " + value(own.extended) : "");
       draw();
     };
     canvas.onpointerup = () => {
@@ -148,6 +150,7 @@ function curveView(root, shots, channels, first, isExtended) {
     };
   }
   window.addEventListener("resize", draw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
   draw();
   return { show: (shot, channel) => { state.shot = shot; state.channel = channel; draw(); } };
 }
@@ -155,6 +158,22 @@ function curveView(root, shots, channels, first, isExtended) {
 // Units per second and their name for a record of this length.
 function clock(from, to) {
   return to - from >= 10 ? [1, "s"] : [1e3, "ms"];
+}
+
+// Units that take prefixes; others keep powers of ten.
+const PREFIXED = new Set(["Pa", "m", "V", "A", "N", "W", "J", "Hz", "F", "H", "Wb", "T", "C", "Ohm", "N.m", "rad/s"]);
+const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"]];
+
+// The factor and the name of a unit in which values up to a size are short.
+function scaled(size, unit) {
+  if (!unit || unit === "1") return [1, ""];
+  const [factor, prefix] = (PREFIXED.has(unit) && PREFIXES.find(([own]) => size >= own * 0.9995)) || [1, ""];
+  return [factor, prefix + unit];
+}
+
+function withUnit(value, unit) {
+  const [factor, name] = scaled(Math.abs(value), unit);
+  return short(value / factor) + (name ? " " + name : "");
 }
 
 function nearest(times, time) {

@@ -26,6 +26,14 @@ const hasText = (file) => DATA.texts.some((own) => own.name === file);
 const place = (own) => hasText(own.file)
   ? `<a data-file="${safe(own.file)}" data-line="${own.line}">${safe(own.file)}:${own.line}</a>` : `${safe(own.file)}:${own.line}`;
 
+// A value as far as its error goes, and two digits of that; with its unit where it has one.
+function measured(own) {
+  const unit = own.unit && own.unit !== "1" ? " " + safe(own.unit) : "";
+  if (!(own.stderr > 0)) return short(own.value) + unit;
+  const last = Math.floor(Math.log10(own.stderr)) - 1, digits = own.value === 0 ? 1 : Math.floor(Math.log10(Math.abs(own.value))) - last + 1;
+  return `${short(Number(own.value.toPrecision(Math.min(12, Math.max(1, digits)))))} &plusmn; ${short(Number(own.stderr.toPrecision(2)))}${unit}`;
+}
+
 function begin() {
   document.title = (R.title ? R.title + ": " : "") + R.status;
   document.getElementById("sentence").textContent = R.sentence.charAt(0).toUpperCase() + R.sentence.slice(1);
@@ -41,10 +49,10 @@ function begin() {
 function law() {
   const L = R.law;
   if (!L) return "";
-  const terms = L.terms.map((own) => `<li><code>${safe(own.shape)}</code> times ${short(own.coefficient)} &plusmn; ${short(own.stderr)} ${safe(own.unit || "")}</li>`);
+  const terms = L.terms.map((own) => `<li><code>${safe(own.shape)}</code> times ${measured({ ...own, value: own.coefficient })}</li>`);
   const M = L.memory;
   const memory = !M ? "" : `<p>with ${M.equations.map((own) => `<code>${safe(own)}</code>`).join(", ")} and</p><ul>` +
-    M.numbers.map((own) => `<li>${safe(own.what)}: <code>${safe(own.name)} = ${short(own.value)} &plusmn; ${short(own.stderr)}</code> ${own.unit === "1" ? "" : safe(own.unit || "")}</li>`).join("") + "</ul>";
+    M.numbers.map((own) => `<li>${safe(own.what)}: <code>${safe(own.name)} = ${measured(own)}</code></li>`).join("") + "</ul>";
   const rivals = L.rivals.map((own) => `<li><code>${safe(own.shape)}</code>${own.equation ? ` in <code>${safe(own.equation)}</code>` : ""}: ${fixed(own.behind, 0)}</li>`);
   return `<p><code>${safe(L.equation)}</code>, ${place(L)}, lacks</p><ul>${terms.join("")}</ul>${memory}<p><code>${safe(L.text)}</code> is an effect for a library.</p>` +
     (rivals.length ? `<p>By how much the cost is larger with other terms or effects:</p><ul>${rivals.join("")}</ul>` : "");
@@ -57,7 +65,7 @@ function answer() {
   const figures = `<div class="figures">${gap("gap on fitted shots", R.gap.train)}${gap("gap on shots held out", R.gap.heldout)}` +
     `<div><b>1.00</b><span>noise</span></div></div>`;
   const effects = R.effects.map((own) => {
-    const sizes = Object.entries(own.parameters).map(([name, p]) => `<code>${safe(name)} = ${short(p.value)} &plusmn; ${short(p.stderr)}</code>`);
+    const sizes = Object.entries(own.parameters).map(([name, p]) => `<code>${safe(name)} = ${measured(p)}</code>`);
     return `<p><b>${safe(own.id)}</b> (${safe(own.equation)}) at <code>${safe(own.component)}</code>, ${place(own)}<br>${sizes.join("<br>")}</p>`;
   });
   const terms = R.proposed.map((own) =>
@@ -84,10 +92,8 @@ function disturbed() {
 function cameNearest() {
   const rows = [...R.found_before.map((own) => ({ ...own, before: true })), ...R.nearest];
   if (!rows.length) return;
-  // Values as far as their errors go.
-  const size = (p) => short(p.value) + (p.stderr === null ? "" : ` &plusmn; ${short(Number(p.stderr.toPrecision(2)))}`);
   const sizes = (own) => Object.entries(own.parameters).map(([name, p]) =>
-    `<code>${safe(name.slice(name.indexOf(".") + 1))} = ${size(p)}</code>`).join("<br>");
+    `<code>${safe(name.slice(name.indexOf(".") + 1))} = ${measured(p)}</code>`).join("<br>");
   const why = (own) => own.before ? "found in an earlier pass and kept in the model; the residuals need more than that" : own.criterion;
   const columns = [["effect", (r) => `<code>${safe(r.effect)}</code><br>${safe(r.words)}`],
     ["place", (r) => `<code>${safe(r.component)}</code>`], ["size", sizes], ["misfit", (r) => fixed(r.misfit), true],
@@ -114,12 +120,12 @@ function missing() {
     const line = own.time.map((t, k) => at(t, own.value[k])).join(" ");
     const band = own.time.map((t, k) => at(t, own.value[k] + 2 * own.stderr[k])).join(" ") + " " +
       own.time.map((t, k) => at(t, own.value[k] - 2 * own.stderr[k])).reverse().join(" ");
-    const text = (px, py, words, anchor) => `<text x="${px}" y="${py}" font-size="11" fill="#5c6675" text-anchor="${anchor}">${safe(words)}</text>`;
+    const text = (px, py, words, anchor) => `<text x="${px}" y="${py}" font-size="11" fill="var(--pale)" text-anchor="${anchor}">${safe(words)}</text>`;
     const marks = [low, 0, high].filter((v, k, all) => all.indexOf(v) === k && (v === 0 || Math.abs(y(v) - y(0)) > 12));
     return `<svg viewBox="0 0 ${width} ${height}" style="width:100%;max-width:${width}px" role="img" aria-label="shot ${own.shot}">` +
-      `<polygon points="${band}" fill="#b9d2ee"></polygon><line x1="${left}" x2="${width - right}" y1="${y(0)}" y2="${y(0)}" stroke="#9aa4b2"></line>` +
-      `<polyline points="${line}" fill="none" stroke="#c4551d" stroke-width="1.6"></polyline>` +
-      (own.law ? `<polyline points="${own.time.map((t, k) => at(t, own.law[k])).join(" ")}" fill="none" stroke="#1f2a3a" stroke-width="1.6" stroke-dasharray="5 3"></polyline>` : "") +
+      `<polygon points="${band}" fill="var(--span)"></polygon><line x1="${left}" x2="${width - right}" y1="${y(0)}" y2="${y(0)}" stroke="var(--seen)"></line>` +
+      `<polyline points="${line}" fill="none" stroke="var(--more)" stroke-width="1.6"></polyline>` +
+      (own.law ? `<polyline points="${own.time.map((t, k) => at(t, own.law[k])).join(" ")}" fill="none" stroke="var(--ink)" stroke-width="1.6" stroke-dasharray="5 3"></polyline>` : "") +
       marks.map((v) => text(left - 5, y(v) + 4, short(v), "end")).join("") + text(left, 13, `shot ${own.shot}${M.unit ? ", " + M.unit : ""}`, "start") +
       text(left, height - 12, short(first) + " s", "start") + text(width - right, height - 12, short(last) + " s", "end") + "</svg>";
   };
@@ -212,7 +218,7 @@ function candidates() {
 function parameters() {
   const columns = [["what may be off", (r) => safe(r.name)], ["base", (r) => (r.before ? short(r.before.value) : ""), true],
     ["pull", (r) => (r.before ? fixed(r.before.pull) : ""), true], ["last fit", (r) => short(r.after.value), true],
-    ["&plusmn;", (r) => short(r.after.stderr), true], ["pull", (r) => fixed(r.after.pull) + (r.after.at_limit ? " (limit)" : ""), true]];
+    ["&plusmn;", (r) => (r.after.stderr > 0 ? short(Number(r.after.stderr.toPrecision(2))) : short(r.after.stderr)), true], ["pull", (r) => fixed(r.after.pull) + (r.after.at_limit ? " (limit)" : ""), true]];
   columns[4][0] = "\u00b1";
   section("What may be off", table(R.parameters, columns, (r) => Math.abs(r.after.pull) > 2), {
     note: "Pull: distance from the value before the measurement in its standard deviations; bold above 2; nothing may go farther than 12 (limit). Factors, gains: times the stated value." });
@@ -237,7 +243,8 @@ function record() {
     ["cost", (r) => fixed(r.cost, 1), true], ["steps", (r) => r.steps, true], ["", (r) => (r.converged ? "converged" : "not converged")]];
   section("Fits of the model without", table(rows, columns), { note: "No effect is named if the attempts end far apart." });
   const noise = Object.entries(R.noise).map(([name, own]) => ({ name, ...own, masked: R.masked[name] }));
-  const names = [["channel", (r) => safe(r.name)], ["noise used", (r) => short(r.used), true], ["before the trigger", (r) => short(r.before_trigger), true],
+  const sized = (row, value) => (value === null || value === undefined ? "-" : safe(withUnit(value, (R.channels.find((own) => own.name === row.name) || {}).unit)));
+  const names = [["channel", (r) => safe(r.name)], ["noise used", (r) => sized(r, r.used), true], ["before the trigger", (r) => sized(r, r.before_trigger), true],
     ["samples", (r) => r.samples, true], ["correlation", (r) => fixed(r.correlation), true], ["left out", (r) => fixed(100 * r.masked, 1) + " %", true]];
   section("Noise and masks", table(noise, names));
 }

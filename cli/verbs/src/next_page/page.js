@@ -152,7 +152,7 @@ function predicted() {
     const band = [...line(channel.record, 2 * channel.sigma), ...line(channel.record, -2 * channel.sigma).reverse()].join(" ");
     const dots = channel.record.map((value, k) => `<circle cx="${x(t[k]).toFixed(1)}" cy="${y(value).toFixed(1)}" r="1.3" fill="var(--seen)"/>`).join("");
     part.querySelector(".place").innerHTML = `<svg class="curve" viewBox="0 0 ${W} ${H}" role="img" aria-label="predicted records">` +
-      `<polygon points="${band}" fill="#eef3ee"/>${dots}<polyline points="${line(channel.fitted, 0).join(" ")}" fill="none" stroke="var(--more)" stroke-width="1.5"/>` +
+      `<polygon points="${band}" fill="var(--noise)"/>${dots}<polyline points="${line(channel.fitted, 0).join(" ")}" fill="none" stroke="var(--more)" stroke-width="1.5"/>` +
       `<rect x="${box.x0}" y="${box.y0}" width="${box.x1 - box.x0}" height="${box.y1 - box.y0}" fill="none" stroke="var(--line)"/>` +
       `<text x="${box.x0 - 5}" y="${box.y1}" text-anchor="end">${short(low)}</text><text x="${box.x0 - 5}" y="${box.y0 + 10}" text-anchor="end">${short(high)}</text>` +
       `<text x="${box.x0}" y="${box.y1 + 16}">${short(t[0])} s</text><text x="${box.x1}" y="${box.y1 + 16}" text-anchor="end">${short(t[t.length - 1])} s</text>` +

@@ -1,7 +1,9 @@
 //! Where everything in a diagram is drawn: as annotations place it, else by the layered layout.
 
+use super::detour::{Drawn, detour};
 use super::geometry::{Affine, Extent, Point};
 use super::graphic::{Form, Icon, Placement};
+use super::labels::nets;
 use super::layered::{Graph, Layout, layout, straighten};
 use super::{Diagram, End, Part};
 
@@ -20,6 +22,8 @@ pub(crate) const PORT: f64 = 1.6;
 const ROOM: f64 = 16.0;
 /// Distance of parts that are not placed where others are.
 const APART: f64 = 10.0;
+/// Lines of a diagram that are led around parts.
+const MOST_SEARCHED: usize = 300;
 
 /// A diagram with places.
 #[derive(Debug)]
@@ -155,11 +159,9 @@ fn drawn(diagram: &Diagram) -> Arranged {
         let port = end.port.and_then(|port| own.ports.iter().find(|own| own.port == port));
         port.map_or_else(|| own.outline.center(), |port| port.at.center())
     };
-    let lines = diagram.wires.iter().map(|wire| match &wire.points {
-        Some(points) => points.clone(),
-        None => angled(place(wire.from), place(wire.to)),
-    });
-    let lines = lines.collect();
+    let ends: Vec<(Point, Point)> = diagram.wires.iter().map(|wire| (place(wire.from), place(wire.to))).collect();
+    let outlines: Vec<Extent> = parts.iter().map(|part| part.outline).collect();
+    let lines = lines(diagram, &outlines, &ends);
     Arranged { bounds: Extent::new(0.0, 0.0, 0.0, 0.0), parts, lines, is_drawn: true }
 }
 
@@ -183,6 +185,32 @@ fn ports(part: &Part, map: &Affine, outline: &Extent) -> Vec<PlacedPort> {
                 made.push(PlacedPort { port: k, at: square(Point::new(x, y), PORT / 2.0), icon: None });
             }
         }
+    }
+    made
+}
+
+/// The line of each connection: as its annotation says, else around the parts and beside the lines before it.
+fn lines(diagram: &Diagram, outlines: &[Extent], ends: &[(Point, Point)]) -> Vec<Vec<Point>> {
+    let mut net_of = vec![0; diagram.wires.len()];
+    for (net, wires) in nets(diagram).into_iter().enumerate() {
+        wires.into_iter().for_each(|wire| net_of[wire] = net);
+    }
+    let pieces = |net: usize, line: &[Point]| -> Vec<Drawn> {
+        line.windows(2).map(|pair| Drawn { net, from: pair[0], to: pair[1] }).collect()
+    };
+    let annotated = diagram.wires.iter().zip(&net_of).filter_map(|(wire, &net)| Some((net, wire.points.as_ref()?)));
+    let mut drawn: Vec<Drawn> = annotated.flat_map(|(net, line)| pieces(net, line)).collect();
+    let mut made = Vec::new();
+    let mut searched = 0;
+    for (k, (wire, &(from, to))) in diagram.wires.iter().zip(ends).enumerate() {
+        let line = wire.points.clone().unwrap_or_else(|| {
+            searched += 1;
+            let found = (searched <= MOST_SEARCHED).then(|| detour(outlines, &drawn, net_of[k], (from, to)));
+            let line = found.flatten().unwrap_or_else(|| angled(from, to));
+            drawn.extend(pieces(net_of[k], &line));
+            line
+        });
+        made.push(line);
     }
     made
 }

@@ -23,6 +23,8 @@ pub(crate) struct Label {
     pub(crate) at: Point,
     /// States of a part that have room.
     pub(crate) states: usize,
+    /// The box of what is written there.
+    pub(crate) room: Extent,
 }
 
 /// The places; `texts`: boxes that are taken, and the height of letters.
@@ -52,8 +54,9 @@ pub(crate) fn labels(
             Some((at, letters, count))
         });
         if let Some((at, letters, states)) = found {
-            taken.push(around(at, letters, size));
-            made.push(Label { of: ("part", k), at, states });
+            let room = around(at, letters, size);
+            taken.push(room);
+            made.push(Label { of: ("part", k), at, states, room });
         }
     }
     taken.extend(outlines);
@@ -68,10 +71,10 @@ pub(crate) fn labels(
             let middle = Extent { from: a, to: b }.center();
             let places = [0.3, -1.0].map(|lines| Point::new(middle.x, middle.y + size * lines));
             let at = places.into_iter().find(|at| is_free(&around(*at, VALUE, size), &taken))?;
-            Some(Label { of: ("wire", wire), at, states: 0 })
+            Some(Label { of: ("wire", wire), at, states: 0, room: around(at, VALUE, size) })
         });
         if let Some(label) = found {
-            taken.push(around(label.at, VALUE, size));
+            taken.push(label.room);
             made.push(label);
         }
     }
@@ -89,7 +92,7 @@ fn overlap(a: &Extent, b: &Extent) -> bool {
 }
 
 /// Connections by the sets of connectors that they join.
-fn nets(diagram: &Diagram) -> Vec<Vec<usize>> {
+pub(crate) fn nets(diagram: &Diagram) -> Vec<Vec<usize>> {
     let mut of_end: BTreeMap<End, usize> = BTreeMap::new();
     let mut nets: Vec<Vec<usize>> = Vec::new();
     for (k, wire) in diagram.wires.iter().enumerate() {

@@ -1,10 +1,11 @@
 //! The diagrams of a model: its parts, what connects them, what they look like and where they stand, as plain data.
 //!
 //! `extract` reads them from the instances of a model and from annotations (`annotation`, `graphic`); `layered` places what no annotation places,
-//! `arrange` puts both together into places and lines, `labels` finds room for values, `svg` makes the picture.
+//! `detour` leads lines that no annotation draws around what annotations place, `arrange` puts all together into places and lines, `labels` finds room for values, `svg` makes the picture.
 
 pub(crate) mod annotation;
 pub(crate) mod arrange;
+pub(crate) mod detour;
 pub(crate) mod extract;
 pub(crate) mod geometry;
 pub(crate) mod graphic;

@@ -65,7 +65,9 @@ pub(crate) fn draw(diagram: &Diagram, arranged: &Arranged, states: &[String]) ->
         pen.part(k, part, place, arranged.is_drawn, &mut body);
     }
     let size = CLASS * if arranged.is_drawn { DRAWN } else { 1.0 };
+    let mut bounds = arranged.bounds;
     for label in labels(diagram, arranged, states, (pen.texts, size)) {
+        bounds = label.room.corners().into_iter().fold(bounds, |all, corner| all.around(corner));
         let (kind, k) = label.of;
         let _ = write!(
             body,
@@ -76,7 +78,6 @@ pub(crate) fn draw(diagram: &Diagram, arranged: &Arranged, states: &[String]) ->
             short(size)
         );
     }
-    let bounds = arranged.bounds;
     let scale = if arranged.is_drawn { DRAWN_SCALE } else { LAYERED_SCALE };
     let name = if diagram.path.is_empty() { &diagram.class } else { &diagram.path };
     let defs = std::mem::take(&mut pen.defs);

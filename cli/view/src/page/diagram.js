@@ -27,6 +27,7 @@ function openDiagram(path) {
       document.getElementById("component-title").focus();
     });
   }
+  colourFinding(diagram, place);
   // Beside all parts: the whole.
   place.querySelector("svg").addEventListener("click", (event) => { if (!event.target.closest(".part")) select(path); });
   for (const port of place.querySelectorAll("[data-name]")) {
@@ -50,6 +51,19 @@ function openDiagram(path) {
   select(path, true);
   fillIn();
   redraw();
+}
+
+// Parts are coloured by the most that something in them would explain; small shares are seen, too.
+function colourFinding(diagram, place) {
+  if (!DATA.finding) return;
+  const { places } = DATA.finding, top = Math.max(...places.map((one) => one.score), 0);
+  for (const node of place.querySelectorAll(".part")) {
+    const own = diagram.parts[Number(node.dataset.part)], most = Math.max(0, ...places.filter((one) => isWithin(one.component || "", own.path)).map((one) => one.score));
+    if (!(most > 0)) continue;
+    node.classList.add("lacking");
+    node.style.setProperty("--share", Math.sqrt(most / top).toFixed(3));
+    node.setAttribute("aria-label", node.getAttribute("aria-label") + ", would explain up to " + Math.round(100 * most / top) + " % of what the best place does");
+  }
 }
 
 // The size that fits, but not so small that nobody reads it.

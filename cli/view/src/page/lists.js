@@ -119,6 +119,7 @@ function select(path, quietly) {
   if (describe) about.append(element("p", {}, describe));
   if (className && path) about.append(element("p", { class: "pale" }, (known ? known.kind + " " : "") + className));
   if (diagram && diagram !== shown) about.append(element("p", {}, element("button", { type: "button", onclick: () => { openDiagram(path); document.getElementById("drawing").focus(); } }, "look inside " + path)));
+  layFinding(path);
   layParameters(path);
   lists.rows = [];
   const inside = DATA.variables.filter((own) => (own.path === path || isConnectorOf(own, path)) && own.v !== "parameter" && own.v !== "constant" && isListed(own));
@@ -128,6 +129,34 @@ function select(path, quietly) {
   layTexts(path, part, known);
   fillIn();
   if (!quietly) redraw();
+}
+
+// What a search says of a component and of what is in it: what was named, and what the terms and effects at its places would explain.
+const MOST_PLACES = 12;
+function isWithin(inner, outer) {
+  return outer === "" || inner === outer || inner.startsWith(outer + ".") || inner.startsWith(outer + "[");
+}
+
+function layFinding(path) {
+  const box = document.getElementById("finding"), { finding } = DATA;
+  box.hidden = !finding;
+  if (!finding) return;
+  const own = finding.places.filter((one) => isWithin(one.component || "", path)), top = Math.max(...finding.places.map((one) => one.score), 0);
+  box.replaceChildren(element("p", {}, element("b", {}, path ? "What seems to be missing here" : finding.sentence)));
+  for (const one of finding.named.filter((named) => isWithin(named.component || "", path))) {
+    const sizes = Object.entries(one.parameters).map(([name, size]) => name + " = " + short(size.value) + (size.stderr > 0 ? " \u00b1 " + short(size.stderr, 2) : ""));
+    box.append(element("p", {}, "Named: " + one.words + " at " + one.component + ", " + sizes.join(", ")));
+  }
+  if (!own.length) { box.append(element("p", { class: "pale" }, "Nothing at this place explains a part of the gap.")); return; }
+  box.append(element("ul", {}, ...own.slice(0, MOST_PLACES).map((one) => {
+    const bar = element("i", {});
+    bar.style.width = 100 * Math.max(0, one.score) / top + "%";
+    const what = one.effect ? one.equation + " (" + one.effect + ")" : short(one.coefficient) + "*" + one.shape + (one.unit && one.unit !== "1" ? " " + one.unit : "") + " in " + one.equation;
+    const where = diagramOf(parted(one.component || "")[0]);
+    const name = where ? element("button", { type: "button", onclick: () => { openDiagram(where.path); select(one.component); } }, one.component || DATA.model.name) : one.component || DATA.model.name;
+    return element("li", {}, element("span", { class: "heat" }, bar), name, " ", element("code", {}, what), element("span", { class: "pale" }, ", drop of the cost " + short(one.score, 3)));
+  })));
+  if (own.length > MOST_PLACES) box.append(element("p", { class: "pale" }, own.length - MOST_PLACES + " more places"));
 }
 
 // Variables of the connectors of a component count as its own: those one level further in that hold no components.
@@ -176,7 +205,7 @@ function layParameters(path) {
   lists.parameters = [];
   const made = own.slice(0, MOST_ROWS).map((one) => parameter(one, one.p && values.length > one.p[0] ? values[one.p[0]] * one.p[1] : one.c));
   place.replaceChildren(...made);
-  if (canRun && own.some((one) => one.s)) place.append(element("p", {}, element("button", { type: "button", onclick: resetParameters }, "all as the model says")));
+  if (canRun && own.some((one) => one.s !== undefined)) place.append(element("p", {}, element("button", { type: "button", onclick: resetParameters }, "all as the model says")));
   document.getElementById("parameters-part").hidden = !own.length;
 }
 
@@ -187,15 +216,21 @@ function parameter(own, original) {
   const name = element("label", { class: "name", for: id }, own.last, ...(own.d ? [element("small", {}, own.d)] : []));
   const unit = element("span", { class: "unit" }, own.u && own.u !== "1" ? own.u : "");
   const box = element("div", { class: "parameter" + (now === null ? "" : " changed") }, name);
-  if (!canRun || own.s !== 1 || original === undefined) {
-    const words = withUnit(original, "", own.k);
-    const why = own.s === 0 && canRun ? "decides sizes or structure: set it by --set" : null;
-    const fixed = element("output", { id, title: why }, words);
-    box.append(fixed, unit);
-    lists.parameters.push({ own, show: () => { const value = valueAt(mainRun(), own.n, view.time); if (Number.isFinite(value)) fixed.textContent = withUnit(value, "", own.k); } });
+  const isStructural = isServed && own.s === 0 && original !== undefined;
+  if (!isStructural && (!canRun || own.s !== 1 || original === undefined)) {
+    // What cannot be set reads as elsewhere, with its unit beside the number.
+    unit.textContent = "";
+    const fixed = element("output", { id, class: "fixed" }, withUnit(original, own.u, own.k));
+    box.append(fixed);
+    lists.parameters.push({ own, show: () => { const value = valueAt(mainRun(), own.n, view.time); if (Number.isFinite(value)) fixed.textContent = withUnit(value, own.u, own.k); } });
     return box;
   }
+  if (isStructural) {
+    name.append(element("small", {}, "decides sizes or structure: the model is translated again"));
+    box.classList.toggle("changed", address.set.has(own.n));
+  }
   const change = (text) => {
+    if (isStructural) { translateAgain(own.n, text); return; }
     runs.set[own.n] = text;
     box.classList.add("changed");
     runModel();
@@ -214,6 +249,12 @@ function parameter(own, original) {
   }
   const [low, high] = limitsOf(own, original), isWhole = own.k === "Integer";
   const field = element("input", { type: "number", id, step: isWhole ? 1 : "any", value: numeric });
+  if (isStructural) {
+    // Not while a number is being typed: a translation may take seconds.
+    field.addEventListener("change", () => { if (field.value.trim() !== "" && Number.isFinite(Number(field.value))) change(String(Number(field.value))); });
+    box.append(field, unit);
+    return box;
+  }
   const slider = element("input", { type: "range", min: 0, max: isWhole ? high - low : STEPS, step: 1, "aria-label": own.n + " by slider" });
   const count = Number(slider.max), place = (value) => { slider.value = Math.round((value - low) / (high - low) * count); };
   const tell = (value) => slider.setAttribute("aria-valuetext", withUnit(value, own.u, own.k));
@@ -235,6 +276,7 @@ function parameter(own, original) {
 
 function resetParameters() {
   runs.set = {};
+  if (address.set.size) { load(new Map(), ""); return; }
   layParameters(lists.path);
   runModel();
 }

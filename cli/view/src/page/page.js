@@ -66,7 +66,9 @@ function begin() {
   if (DATA.failed) {
     document.querySelector("main").hidden = true;
     document.getElementById("clock").hidden = true;
-    document.getElementById("about").textContent = "It cannot be shown as it is now; load the page again when it is mended.";
+    const about = document.getElementById("about"), set = [...address.set].map(([name, value]) => name + " = " + value).join(", ");
+    about.textContent = set ? "The model cannot be translated with " + set + ". " : "It cannot be shown as it is now; load the page again when it is mended.";
+    if (set) about.append(element("button", { type: "button", onclick: () => load(new Map(), "") }, "translate it without"));
     say(DATA.failed);
     return;
   }
@@ -87,7 +89,10 @@ function begin() {
   document.getElementById("clock").hidden = !DATA.variables.length;
   window.addEventListener("resize", () => { picture.scale = null; fit(); redraw(); });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { colors.clear(); redraw(); });
-  if (model) openDiagram("");
+  if (model) openDiagram(diagramOf(address.left.shown) ? address.left.shown : "");
+  if (model && DATA.variables.some((own) => own.path === address.left.path)) select(address.left.path);
+  const changed = address.left.field && document.getElementById("p-" + address.left.field);
+  if (changed) changed.focus();
   if (model && model.openEnds.length) say("This is a component: it cannot be run by itself, as nothing is connected to " + model.openEnds.join(", ") + ".");
   tellRun();
   if (canRun) runModel(); else fillIn();

@@ -17,6 +17,28 @@ const runs = {
   took: [],
 };
 
+// What the address of the page says: parameters for which the model was translated, and behind the hash those that were set before, which component
+// and diagram were looked at, and which field was changed.
+const address = { set: new Map(), left: {} };
+if (isServed) {
+  for (const own of new URLSearchParams(location.search).getAll("set")) { const cut = own.indexOf("="); address.set.set(own.slice(0, cut), own.slice(cut + 1)); }
+  try { address.left = JSON.parse(decodeURIComponent(location.hash.slice(1))) || {}; } catch { address.left = {}; }
+}
+
+// Loads the page with the model translated for these parameters; the others stay as they are.
+function load(set, changed) {
+  const query = new URLSearchParams({ token: DATA.token });
+  for (const [name, value] of set) query.append("set", name + "=" + value);
+  const now = { set: runs.set, path: lists.path, shown: picture.shown ? picture.shown.path : "" };
+  const left = JSON.stringify({ ...(DATA.failed ? address.left : now), field: changed });
+  location.assign("/?" + query + "#" + encodeURIComponent(left));
+}
+
+function translateAgain(name, value) {
+  document.getElementById("status").textContent = "the model is translated with " + name + " = " + value;
+  load(new Map(address.set).set(name, value), name);
+}
+
 // How a variable is found in the run of the model.
 function inModel(run, name) {
   const own = byName.get(name);
@@ -133,6 +155,8 @@ async function fillIn() {
 }
 
 function beginRuns() {
+  const isSetHere = ([name, value]) => typeof value === "string" && byName.has(name) && byName.get(name).s === 1;
+  if (canRun) runs.set = Object.fromEntries(Object.entries(address.left.set || {}).filter(isSetHere));
   const decode = (text) => decoded(bytesOf(text));
   const written = DATA.runs ? DATA.runs.map(decode) : [];
   if (DATA.model && DATA.model.runs && written.length > DATA.files.length) {
