@@ -26,9 +26,9 @@ pub(super) fn page(changes: &[Change], names: [&str; 2]) -> String {
     );
     for class in changes.chunk_by(|one, other| one.class == other.class) {
         let name = class.first().map_or("", |change| change.class.as_str());
-        let _ = write!(
+        let _ = writeln!(
             page,
-            "<section><h2>{}</h2><table><thead><tr><th scope=\"col\">what</th><th scope=\"col\">before</th><th scope=\"col\">after</th></tr></thead><tbody>\n",
+            "<section><h2>{}</h2><table><thead><tr><th scope=\"col\">what</th><th scope=\"col\">before</th><th scope=\"col\">after</th></tr></thead><tbody>",
             escape(name)
         );
         for change in class {

@@ -26,9 +26,11 @@ pub(crate) fn read(file: &Path, name: &str) -> Result<Value, Failure> {
     let text = read_text(file).map_err(|error| Failure::Fault(error.to_string()))?;
     note_read(file);
     let report: Value = serde_json::from_str(&text)
-        .map_err(|error| Failure::Fault(format!("`{shown}` is no report of `hyd discover`: {error}")))?;
+        .map_err(|error| Failure::Fault(format!("`{shown}` is not a report of `hyd discover`: {error}")))?;
     let (Some(model), Some(places)) = (report["model"].as_str(), report["location"].as_array()) else {
-        return Err(Failure::Fault(format!("`{shown}` is no report of `hyd discover`: it says no model or no places")));
+        return Err(Failure::Fault(format!(
+            "`{shown}` is not a report of `hyd discover`: it names no model or no places"
+        )));
     };
     if model != name {
         return Err(Failure::Usage(format!("`{shown}` is the report of a search in `{model}`, not in `{name}`")));
@@ -68,8 +70,8 @@ mod tests {
         let report = r#"{"model": "M", "sentence": "named", "effects": [], "location": [{"component": "a", "equation": "x = 0", "score": 3.5}]}"#;
         assert!(said(report).contains(r#""component":"a""#), "{}", said(report));
         assert!(said(&report.replace("\"M\"", "\"N\"")).ends_with("is the report of a search in `N`, not in `M`"));
-        assert!(said("{}").contains("no report of `hyd discover`"));
-        assert!(said("[").contains("no report of `hyd discover`"));
+        assert!(said("{}").contains("not a report of `hyd discover`"));
+        assert!(said("[").contains("not a report of `hyd discover`"));
         assert_eq!(report_of(&folder), Some(file.clone()));
         std::fs::remove_dir_all(&folder).unwrap();
         assert_eq!(report_of(&folder), None);
