@@ -7,6 +7,7 @@ Fitted numbers are those of report.json; nothing is fitted here.
   first sample are those fitted to the beginning of the training record.
 - positioning: 100 |F - F_s|/|F| (%) of the force in closed-loop simulation at 1 kHz from the 50th sample on, as the benchmark's own scripts have it, on both records.
   State at the first sample: position and voltage as measured, speed as fitted to the beginning of the training record.
+- silverbox: RMSE (mV) of the position over the whole test record in free simulation from rest, the force linear between its samples.
 """
 
 import csv
@@ -25,7 +26,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 def nominal(bench, name):
     """The value of a parameter in the texts of the base model."""
     for file in sorted(os.listdir(os.path.join(HERE, bench))):
-        if file.endswith(".hyd"):
+        if file.endswith((".hyd", ".mo")):
             with open(os.path.join(HERE, bench, file), encoding="utf-8") as text:
                 found = re.search(rf"parameter Real {name}(?:\([^)]*\))? = ([-+.0-9e]+)", text.read())
             if found:
@@ -56,8 +57,8 @@ def fitted(bench, report, when):
     return values, chains
 
 
-def simulated(hyd, bench, text, base, values, run, inputs=None):
-    """Columns of a run of the model that extends `base` with these values; `inputs` are columns that it is driven by."""
+def simulated(hyd, bench, text, base, values, run, inputs=None, hold="zero"):
+    """Columns of a run of the model that extends `base` with these values; `inputs` are columns that it is driven by, held like this."""
     def modifier(name, value):
         state = name.removesuffix(".start")
         return f"{name} = {value}" if state == name else f"{state}(start = {value}, fixed = true)"
@@ -74,7 +75,7 @@ def simulated(hyd, bench, text, base, values, run, inputs=None):
             file.write(text)
         command = [hyd, "simulate", model, "--model", "Scored", "--library", os.path.join(HERE, bench), "--result", result]
         if inputs:
-            command += ["--input", os.path.join(folder, "inputs.csv"), "--hold", "zero"]
+            command += ["--input", os.path.join(folder, "inputs.csv"), "--hold", hold]
             with open(command[-3], "w", encoding="utf-8") as file:
                 file.write(",".join(inputs) + "\n")
                 file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*inputs.values()))
@@ -125,6 +126,17 @@ def positioning(hyd, text, base, values, _):
     return errors
 
 
+def silverbox(hyd, text, base, values, _):
+    record = table(os.path.join(HERE, "silverbox", "data", "test.csv"))
+    with open(os.path.join(HERE, "silverbox", "set.json"), encoding="utf-8") as file:
+        rate = json.load(file)["sampling_Hz"]
+    times = [k / rate for k in range(len(record["u_V"]))]
+    values = {name: value for name, value in values.items() if not name.endswith(".start")}
+    run = simulated(hyd, "silverbox", text, base, values, (0, times[-1], 1 / rate, 1e-8), {"time": times, "u": record["u_V"]}, "linear")
+    shown = at_instants(run["time"], run["y"], times)
+    return {"test": 1000 * math.sqrt(sum((a - b) ** 2 for a, b in zip(shown, record["y_V"])) / len(shown))}
+
+
 def grey_box(hyd):
     """RMSE (V) on the whole test record of the tanks' grey box, fitted by `hyd fit` to the training record."""
     place = os.path.join(HERE, "tanks")
@@ -140,7 +152,7 @@ def grey_box(hyd):
     return tanks(hyd, "", "Tanks.GreyBox", values, {"offset of y_V": offset})["test"]
 
 
-SCORES = {"tanks": (tanks, "Tanks.Plant"), "positioning": (positioning, "Positioning.Recorded")}
+SCORES = {"tanks": (tanks, "Tanks.Plant"), "positioning": (positioning, "Positioning.Recorded"), "silverbox": (silverbox, "Oscillator")}
 
 
 def score(bench, folder, hyd):
