@@ -2,7 +2,8 @@
 //!
 //! Variables that are equal by declaration share a column, one that is the negative of another has a column of its own.  Rows come one by one; a few
 //! are kept as they come and then spread over the columns together, so that a row of many variables does not touch as many lines of memory.
-//! The columns are made for the rows that the options promise and grow where events add more.
+//! The columns are made for the rows that the options promise and grow where events add more.  Their memory is that of an earlier run of the same
+//! model that nobody looks at any more: fresh memory costs the system as much time as the rows of a short run cost the solver.
 
 use std::collections::HashMap;
 use std::io;
@@ -23,6 +24,8 @@ const BLOCK: usize = 64;
 const MOST_AT_FIRST: usize = 1 << 25;
 /// Rows beyond what the options promise for which there is room from the beginning: events.
 const SPARE: usize = 16;
+/// Most numbers whose memory is kept for the next run (16 MB).
+const MOST_KEPT: usize = 1 << 21;
 
 /// A variable of a run.
 #[derive(Clone, Debug)]
@@ -75,9 +78,26 @@ impl Layout {
     }
 }
 
-/// The layout of the last run of a model, which the next run most likely has as well.
+/// The layout of the last run of a model, which the next run most likely has as well, and memory of runs that are gone.
 #[derive(Default)]
-pub(crate) struct LastLayout(Mutex<Option<Laid>>);
+pub(crate) struct LastLayout(Mutex<Option<Laid>>, Arc<Kept>);
+
+/// Memory for columns, with what stands in it.
+#[derive(Default, Debug)]
+struct Kept(Mutex<Vec<f64>>);
+
+impl Kept {
+    fn take(&self) -> Vec<f64> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn put(&self, values: Vec<f64>) {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if values.len() > kept.len() && values.capacity() <= MOST_KEPT {
+            *kept = values;
+        }
+    }
+}
 
 /// Tables, the pattern of names, and the layout of both.
 type Laid = (Arc<Tables>, Option<String>, Arc<Layout>);
@@ -152,6 +172,7 @@ impl<'a> Collector<'a> {
             times: self.times.into(),
             values: self.values.into(),
             room: self.room,
+            kept: Some(self.last.1.clone()),
         }
     }
 
@@ -175,7 +196,7 @@ impl<'a> Collector<'a> {
 
     fn grow(&mut self, room: usize) -> io::Result<()> {
         let width = self.layout.columns.len();
-        let mut values = zeros(width, room)?;
+        let mut values = of_length(Vec::new(), width, room)?;
         for column in 0..width {
             let old = &self.values[column * self.room..column * self.room + self.spread];
             values[column * room..column * room + self.spread].copy_from_slice(old);
@@ -185,14 +206,17 @@ impl<'a> Collector<'a> {
     }
 }
 
-/// Room for so many columns of so many rows.
+/// Room for so many columns of so many rows, with whatever stands in it, made of this memory if that is enough.
 ///
 /// # Errors
 /// When there is not so much memory.
-fn zeros(columns: usize, rows: usize) -> io::Result<Vec<f64>> {
+fn of_length(mut values: Vec<f64>, columns: usize, rows: usize) -> io::Result<Vec<f64>> {
     let count = columns.checked_mul(rows).ok_or(io::ErrorKind::OutOfMemory)?;
-    let mut values = Vec::new();
-    values.try_reserve_exact(count).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+    if values.capacity() < count {
+        // Not what stands in it: that would be copied.
+        values = Vec::new();
+        values.try_reserve_exact(count).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+    }
     values.resize(count, 0.0);
     Ok(values)
 }
@@ -207,7 +231,7 @@ impl Sink for Collector<'_> {
         self.spread = 0;
         let width = self.layout.columns.len();
         self.room = self.promised.min((MOST_AT_FIRST / width.max(1)).max(BLOCK)) + SPARE;
-        self.values = zeros(width, self.room)?;
+        self.values = of_length(self.last.1.take(), width, self.room)?;
         Ok(())
     }
 
@@ -234,6 +258,17 @@ pub(crate) struct Rows {
     pub(crate) times: ScalarBuffer<f64>,
     pub(crate) values: ScalarBuffer<f64>,
     room: usize,
+    /// Where the memory of `values` goes.
+    kept: Option<Arc<Kept>>,
+}
+
+impl Drop for Rows {
+    fn drop(&mut self) {
+        // Tables of Arrow may still read what they were given.
+        if let (Some(kept), Ok(values)) = (&self.kept, std::mem::take(&mut self.values).into_inner().into_vec()) {
+            kept.put(values);
+        }
+    }
 }
 
 impl Rows {
@@ -266,7 +301,7 @@ impl Rows {
     pub(crate) fn restored(layout: Layout, tables: Arc<Tables>, times: Vec<f64>, values: Vec<f64>) -> Self {
         let room = times.len();
         let (times, values) = (times.into(), values.into());
-        Self { layout: Arc::new(layout), tables, parameters: Vec::new(), times, values, room }
+        Self { layout: Arc::new(layout), tables, parameters: Vec::new(), times, values, room, kept: None }
     }
 }
 
@@ -278,15 +313,17 @@ impl Layout {
     }
 }
 
-/// A column of a run for numpy.
+/// A column of a run for numpy, or its times.
 #[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Column {
-    values: ScalarBuffer<f64>,
+    rows: Arc<Rows>,
+    column: Option<usize>,
 }
 
 impl Column {
-    pub(crate) fn new(values: ScalarBuffer<f64>) -> Self {
-        Self { values }
+    /// The times where `column` is none.
+    pub(crate) fn new(rows: Arc<Rows>, column: Option<usize>) -> Self {
+        Self { rows, column }
     }
 }
 
@@ -294,7 +331,9 @@ impl Column {
 impl Column {
     #[getter]
     fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        interface(py, &self.values, &[self.values.len()], None)
+        let rows = &self.rows;
+        let values = self.column.map_or_else(|| rows.times.clone(), |column| rows.column(column));
+        interface(py, &values, &[values.len()], None)
     }
 }
 

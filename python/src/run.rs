@@ -69,7 +69,7 @@ impl Run {
     /// The times of the rows.
     #[getter]
     fn time(&self) -> Column {
-        Column::new(self.rows.times.clone())
+        Column::new(self.rows.clone(), None)
     }
 
     /// The values of a variable, or the one value of what does not change.
@@ -77,7 +77,7 @@ impl Run {
         let rows = &self.rows;
         if let Some(&k) = rows.layout.index.get(name) {
             return Ok(match rows.layout.variables[k].slot {
-                Slot::Column(column) => Py::new(py, Column::new(rows.column(column)))?.into_any(),
+                Slot::Column(column) => Py::new(py, Column::new(rows.clone(), Some(column)))?.into_any(),
                 Slot::Fixed(source) => rows.fixed(source).into_pyobject(py)?.into_any().unbind(),
             });
         }

@@ -114,6 +114,24 @@ class Alarm(Exception):
     pass
 
 
+def check_kept_values():
+    """Arrays, tables and copies of a run that is gone stay as they were, although later runs of the model use the memory of earlier ones."""
+    model = hyd.load(text=LIMITED)
+
+    def made(k):
+        run = model.simulate(k=k, stop=1, interval=0.01)
+        return run["x"], run.to_pandas(), pa.table(run), run.time
+
+    kept = [(k, *made(k)) for k in (0.5, 1.0, 1.5)]
+    values = [(x.copy(), time.copy()) for _, x, _, _, time in kept]
+    for turn in range(40):
+        assert model.simulate(k=2 + turn / 40, stop=1, interval=0.01)["x"][-1] < 0.14
+    for (k, x, frame, table, time), (before, times) in zip(kept, values):
+        assert np.array_equal(x, before) and np.array_equal(time, times)
+        assert np.allclose(x, np.exp(-k * time), atol=1e-4), k
+        assert np.array_equal(frame["x"].to_numpy(), before) and np.array_equal(table["x"].to_numpy(), before)
+
+
 def check_other_signals():
     """What a handler of a signal raises comes out of the work that it stops."""
 
