@@ -119,13 +119,13 @@ def check_kept_values():
     model = hyd.load(text=LIMITED)
 
     def made(k):
-        run = model.simulate(k=k, stop=1, interval=0.01)
+        run = model.simulate(k=k, stop=1, intervals=100)
         return run["x"], run.to_pandas(), pa.table(run), run.time
 
     kept = [(k, *made(k)) for k in (0.5, 1.0, 1.5)]
     values = [(x.copy(), time.copy()) for _, x, _, _, time in kept]
     for turn in range(40):
-        assert model.simulate(k=2 + turn / 40, stop=1, interval=0.01)["x"][-1] < 0.14
+        assert model.simulate(k=1.6 + turn / 100, stop=1, intervals=100)["x"][-1] < 0.21
     for (k, x, frame, table, time), (before, times) in zip(kept, values):
         assert np.array_equal(x, before) and np.array_equal(time, times)
         assert np.allclose(x, np.exp(-k * time), atol=1e-4), k
