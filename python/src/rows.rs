@@ -3,7 +3,7 @@
 //! Variables that are equal by declaration share a column, one that is the negative of another has a column of its own.  Rows come one by one; a few
 //! are kept as they come and then spread over the columns together, so that a row of many variables does not touch as many lines of memory.
 //! The columns are made for the rows that the options promise and grow where events add more.  Their memory is that of an earlier run of the same
-//! model that nobody looks at any more: fresh memory costs the system as much time as the rows of a short run cost the solver.
+//! model that nobody looks at any more, which the system need not map and clear again.
 
 use std::collections::HashMap;
 use std::io;

@@ -20,7 +20,7 @@ pub(crate) fn report_of(path: &Path) -> Option<PathBuf> {
 /// Reads a report of the model `name`.
 ///
 /// # Errors
-/// It cannot be read, is no report, or is one of another model.
+/// It cannot be read, is not a report, or is one of another model.
 pub(crate) fn read(file: &Path, name: &str) -> Result<Value, Failure> {
     let shown = file.display();
     let text = read_text(file).map_err(|error| Failure::Fault(error.to_string()))?;

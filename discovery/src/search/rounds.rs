@@ -32,9 +32,6 @@ const TURNS: usize = 3;
 const NEAR: f64 = 2.0;
 /// So many times the mean square that the round before left is not explained by names that only imitated a disturbance.
 const FAR_MORE: f64 = 4.0;
-/// Hum and drift are counted before effects where they explain so many times what the likeliest effect promises, and this share of what more
-/// than noise is left.
-const FAR_LESS: (f64, f64) = (3.0, 0.25);
 /// Levels that change by less than this factor are the same.
 const SAME: f64 = 1.25;
 /// The same of levels of model error: over how many samples residuals are alike is known to a half from the hundred independent ones of a
@@ -175,12 +172,13 @@ impl Search<'_> {
             return Ok(false);
         }
         let explained = self.explained_by_chains(pass)?;
-        if explained < FAR_LESS.1 * (pass.fit.misfit - pass.expected) {
+        let excess = pass.fit.misfit - pass.expected;
+        if !rule::is_of_chains(explained, excess, 0.0) {
             return Ok(false);
         }
         self.screen_effects(pass, refused)?;
         let promise = pass.tried.first().and_then(|own| own.look.as_ref()).map_or(0.0, Look::promise);
-        Ok(explained >= FAR_LESS.0 * promise)
+        Ok(rule::is_of_chains(explained, excess, promise))
     }
 
     /// Drop of the misfit by hum and drift that are not known yet.
@@ -221,7 +219,7 @@ impl Search<'_> {
         let is_more = found.disturbances.fitted() > known.fitted();
         let is_all = found.misfit * last.expected <= noise(last.expected)
             || known.levels.is_empty()
-                && self.explained_by_chains(last)? >= FAR_LESS.1 * (last.fit.misfit - last.expected);
+                && rule::is_of_chains(self.explained_by_chains(last)?, last.fit.misfit - last.expected, 0.0);
         let is_white = found.disturbances.is_noise() && is_new(known, &found.disturbances);
         let is_for_the_next = if is_more { is_all } else { is_white };
         if is_for_the_next { Ok(findings) } else { self.with_law(findings) }

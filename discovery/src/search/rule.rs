@@ -16,6 +16,9 @@ const HIDDEN: (f64, f64) = (5.0, 0.1);
 /// What scatter pays for each number that it has more than the effects in whose place it is taken up, and an effect for each that it has more
 /// than one that would do in its place.
 const OF_EACH_NUMBER: f64 = 3.0;
+/// Hum and drift come before effects where they explain this share of the excess over noise, and this multiple of what the likeliest effect
+/// promises.
+const OF_CHAINS: (f64, f64) = (0.25, 3.0);
 /// Fewest shots whose sizes have an order, and the standard errors by which neighbours differ.
 const ORDERED: (usize, f64) = (4, 3.0);
 
@@ -152,6 +155,12 @@ pub(super) fn exchange(cost_drop: f64, [is_plausible, is_rival_plausible]: [bool
     }
 }
 
+/// True if hum and drift explain so much of the excess over noise that nothing can be said of effects before they are counted; `promise` is the
+/// gain of the likeliest effect by its screening, 0 where effects are not asked.
+pub(super) fn is_of_chains(explained: f64, excess: f64, promise: f64) -> bool {
+    explained >= OF_CHAINS.0 * excess && explained >= OF_CHAINS.1 * promise
+}
+
 /// True if a fit of a lower cost is taken in place of another one: by however little, but not an implausible one in
 /// place of a plausible one for less than the lead a name takes.
 pub(super) fn is_taken(
@@ -223,7 +232,7 @@ pub(super) fn has_order(sizes: &[(f64, f64)]) -> bool {
 mod tests {
     use super::{
         Exchange, Outcome, Standing, Without, enough_for_scatter, exchange, has_order, imitates, is_beaten_by,
-        is_hidden, is_pieced, is_taken, leader, outcome, places_of_more,
+        is_hidden, is_of_chains, is_pieced, is_taken, leader, outcome, places_of_more,
     };
 
     const UNEXPLAINED: Without = Without { is_adequate: false, is_noise: false };
@@ -255,6 +264,13 @@ mod tests {
         // Where more than noise is left beside the effect, a lead is measured in that.
         let loud = |cost_drop| with(sound(cost_drop), |own| own.scale = 2.0);
         assert_eq!(says(&[loud(300.0), loud(281.0)], UNEXPLAINED), Outcome::Several(vec![0, 1]));
+    }
+
+    #[test]
+    fn hum_comes_before_effects_only_where_it_explains_far_more() {
+        assert!(is_of_chains(4400.0, 12_000.0, 290.0) && is_of_chains(6400.0, 6500.0, 34.0));
+        // An effect that promises about as much is searched under noise as stated, as is what is mostly something else.
+        assert!(!is_of_chains(700.0, 1500.0, 630.0) && !is_of_chains(2000.0, 12_000.0, 0.0));
     }
 
     #[test]

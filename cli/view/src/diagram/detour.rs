@@ -25,7 +25,7 @@ const ON_LINE: f64 = 4.0;
 const WINDOW: f64 = 40.0;
 /// Parts in the window of a line; with more of them the line is drawn without a look at what lies under it.
 const MOST_PARTS: usize = 40;
-/// Grains of a cost, which is a whole number for the queue.
+/// Grains of a cost, which is an integer for the queue.
 const GRAINS: f64 = 1000.0;
 
 /// A piece of a line that is drawn, with the number of the set of connected connectors that it belongs to.
