@@ -153,6 +153,8 @@ def _warn(messages: list, result: Any = None) -> None:
 
     Where a filter makes exceptions of warnings, all are given before the first is raised, and it has what the work has made as ``result``.
     """
+    if not messages:
+        return
     raised: Optional[HydWarning] = None
     level = 1
     frame: Optional[FrameType] = sys._getframe(0)

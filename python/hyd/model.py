@@ -137,6 +137,11 @@ def _assignments(values: Mapping[str, Any]) -> list:
     return [(str(name), text(value)) for name, value in values.items()]
 
 
+def _keywords(method: Any) -> List[str]:
+    """The names of a method that are given as keywords alone."""
+    return [own.name for own in inspect.signature(method).parameters.values() if own.kind is own.KEYWORD_ONLY]
+
+
 class Model:
     """A model that can be run; made by :func:`load`.
 
@@ -557,22 +562,19 @@ class Model:
         if twice:
             raise UsageError(f"`{twice[0]}` is set twice")
         both = {**(parameters or {}), **values}
-        own = inspect.signature(getattr(Model, method)).parameters.values()
-        keywords = [one.name for one in own if one.kind is one.KEYWORD_ONLY] + (list(self._RUN) if method == "sensitivity" else [])
         for name in values:
             if not self._model.is_parameter(name):
-                if name in self._words():
-                    raise UsageError(f"{method} has no option `{name}`")
-                known = [*keywords, *self._model.settable()]
-                hint = _hyd.did_you_mean(name, known)
-                raise UsageError(f"the model has no parameter `{name}`" + (f"; {hint}" if hint else ""))
+                raise self._unknown(method, name)
         return _assignments(both)
 
-    @classmethod
-    def _words(cls) -> set:
-        """Keywords of all methods."""
-        methods = (cls.simulate, cls.sweep, cls.linearize, cls.function)
-        return {one.name for own in methods for one in inspect.signature(own).parameters.values() if one.kind is one.KEYWORD_ONLY}
+    def _unknown(self, method: str, name: str) -> UsageError:
+        """What is said of a keyword that is neither an option of the method nor a parameter."""
+        methods = (Model.simulate, Model.sweep, Model.linearize, Model.function)
+        if any(name in _keywords(own) for own in methods):
+            return UsageError(f"{method} has no option `{name}`")
+        own = _keywords(getattr(Model, method)) + (list(self._RUN) if method == "sensitivity" else [])
+        hint = _hyd.did_you_mean(name, [*own, *self._model.settable()])
+        return UsageError(f"the model has no parameter `{name}`" + (f"; {hint}" if hint else ""))
 
     def _inputs(self, inputs: Any, hold: Union[str, Sequence[str]]) -> Tuple[Any, List[str]]:
         """Recorded inputs as the extension takes them."""

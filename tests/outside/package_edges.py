@@ -114,6 +114,20 @@ class Alarm(Exception):
     pass
 
 
+def check_patterns():
+    """One pattern of names after the other has its own variables, also where one between them is refused."""
+    model = hyd.load(DRIVE)
+    for _ in range(2):
+        for name in ("y", "p_R"):
+            assert model.simulate(variables=f"^{name}$", stop=1e-4).names == [name]
+        try:
+            model.simulate(variables="(", stop=1e-4)
+        except hyd.UsageError as error:
+            assert "unclosed group" in str(error), error
+        else:
+            raise AssertionError("a pattern that is none was taken")
+
+
 def check_kept_values():
     """Arrays, tables and copies of a run that is gone stay as they were, although later runs of the model use the memory of earlier ones."""
     model = hyd.load(text=LIMITED)

@@ -4,6 +4,7 @@
 //! pictures and summaries a few variables of the top level.
 
 use std::collections::HashSet;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use hyd_results::{Column, is_variable};
 use hyd_system::{Tables, ValueKind, Variability, VariableInfo};
@@ -21,13 +22,26 @@ pub const MOST_CURVES: usize = 100;
 /// A choice of variables by name.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    pattern: Option<Regex>,
+    pattern: Option<Arc<Regex>>,
+}
+
+/// The last pattern: whoever asks for one run after the other asks with the same, and compiling it takes longer than a short run.
+static LAST: Mutex<Option<Arc<Regex>>> = Mutex::new(None);
+
+fn compiled(pattern: &str) -> Result<Arc<Regex>, regex::Error> {
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = last.as_ref().filter(|known| known.as_str() == pattern) {
+        return Ok(known.clone());
+    }
+    let made = Arc::new(Regex::new(pattern)?);
+    *last = Some(made.clone());
+    Ok(made)
 }
 
 impl Selection {
     /// From the argument of `--variables`.
     pub fn new(pattern: Option<&str>) -> Result<Self, Failure> {
-        let pattern = pattern.map(Regex::new).transpose();
+        let pattern = pattern.map(compiled).transpose();
         let pattern = pattern.map_err(|error| Failure::Usage(format!("--variables: {error}")))?;
         Ok(Self { pattern })
     }
