@@ -137,7 +137,7 @@ def _assignments(values: Mapping[str, Any]) -> list:
     return [(str(name), text(value)) for name, value in values.items()]
 
 
-def _keywords(method: Any) -> List[str]:
+def _keyword_names(method: Any) -> List[str]:
     """The names of a method that are given as keywords alone."""
     return [own.name for own in inspect.signature(method).parameters.values() if own.kind is own.KEYWORD_ONLY]
 
@@ -570,9 +570,9 @@ class Model:
     def _unknown(self, method: str, name: str) -> UsageError:
         """What is said of a keyword that is neither an option of the method nor a parameter."""
         methods = (Model.simulate, Model.sweep, Model.linearize, Model.function)
-        if any(name in _keywords(own) for own in methods):
+        if any(name in _keyword_names(own) for own in methods):
             return UsageError(f"{method} has no option `{name}`")
-        own = _keywords(getattr(Model, method)) + (list(self._RUN) if method == "sensitivity" else [])
+        own = _keyword_names(getattr(Model, method)) + (list(self._RUN) if method == "sensitivity" else [])
         hint = _hyd.did_you_mean(name, [*own, *self._model.settable()])
         return UsageError(f"the model has no parameter `{name}`" + (f"; {hint}" if hint else ""))
 

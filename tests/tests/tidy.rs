@@ -252,6 +252,28 @@ fn cargo_run_knows_its_program() {
     assert!(read(&root().join("README.md")).contains("    cargo run --release -- simulate "));
 }
 
+/// A library whose manifest turns its tests off would keep them without ever running them.
+#[test]
+fn tests_of_every_crate_run() {
+    let is_off = |manifest: &str| {
+        let own: toml::Table = toml::from_str(manifest).expect("a manifest that cargo reads");
+        own.get("lib").and_then(|lib| lib.get("test")).is_some_and(|test| test.as_bool() == Some(false))
+    };
+    assert!(is_off("[lib]\ndoctest = false\ntest = false\n") && !is_off("[[bin]]\nname = \"a\"\ntest = false\n"));
+    let off: Vec<PathBuf> = files("toml")
+        .into_iter()
+        .filter(|path| path.ends_with("Cargo.toml") && is_off(&read(path)))
+        .map(|path| path.with_file_name("src"))
+        .collect();
+    assert!(!off.is_empty(), "no manifest turns tests off any more");
+    let lost: Vec<String> = files("rs")
+        .iter()
+        .filter(|path| off.iter().any(|own| path.starts_with(own)) && read(path).contains("#[test]"))
+        .map(|path| shown(path))
+        .collect();
+    assert!(lost.is_empty(), "tests that no command runs, as their crate has `test = false`: {lost:#?}");
+}
+
 #[test]
 fn every_file_opens_with_a_header() {
     let missing: Vec<String> =

@@ -4,7 +4,7 @@
 //! pictures and summaries a few variables of the top level.
 
 use std::collections::HashSet;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use hyd_results::{Column, is_variable};
 use hyd_system::{Tables, ValueKind, Variability, VariableInfo};
@@ -25,16 +25,20 @@ pub struct Selection {
     pattern: Option<Arc<Regex>>,
 }
 
-/// The last pattern: whoever asks for one run after the other asks with the same, and compiling it takes longer than a short run.
+/// The last pattern: whoever asks for one run after the other asks with the same, and compiling it takes longer than a short run.  Nobody waits for
+/// it: a process that was forked while a thread held the lock would wait for ever.
 static LAST: Mutex<Option<Arc<Regex>>> = Mutex::new(None);
 
 fn compiled(pattern: &str) -> Result<Arc<Regex>, regex::Error> {
-    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(known) = last.as_ref().filter(|known| known.as_str() == pattern) {
+    if let Ok(last) = LAST.try_lock()
+        && let Some(known) = last.as_ref().filter(|known| known.as_str() == pattern)
+    {
         return Ok(known.clone());
     }
     let made = Arc::new(Regex::new(pattern)?);
-    *last = Some(made.clone());
+    if let Ok(mut last) = LAST.try_lock() {
+        *last = Some(made.clone());
+    }
     Ok(made)
 }
 
@@ -133,4 +137,21 @@ fn representatives(variable: &VariableInfo) -> Vec<Shown> {
     let count = variable.sources.len();
     let elements = if count <= FEW_ELEMENTS { (0..count).collect() } else { vec![0, count / 2, count - 1] };
     elements.into_iter().map(|k| shown(variable, k)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn nobody_waits_for_the_last_pattern() {
+        let held = LAST.lock();
+        let (sender, receiver) = mpsc::channel();
+        std::thread::spawn(move || sender.send(Selection::new(Some("^y$")).is_ok_and(|own| own.matches("y"))));
+        assert_eq!(receiver.recv_timeout(Duration::from_secs(10)), Ok(true));
+        drop(held);
+    }
 }
