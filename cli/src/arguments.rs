@@ -534,6 +534,15 @@ pub struct Discover {
     pub calibrate: Option<std::num::NonZeroUsize>,
     #[command(flatten)]
     pub engine: EngineArguments,
+    /// Processes of --on that search together [default: 4]; the answer does not depend on how many there are
+    #[arg(long, value_name = "N", requires = "on")]
+    pub shards: Option<usize>,
+    /// Searches along with other processes that meet in DIR/search: what a task of --on does
+    #[arg(long, value_name = "K", conflicts_with_all = ["on", "calibrate", "resume"], hide = true)]
+    pub member: Option<usize>,
+    /// Seconds for which that process waits for what another one has begun
+    #[arg(long, value_name = "S", requires = "member", default_value_t = 30.0, hide = true)]
+    pub patience: f64,
     /// Searches one of the sets of --calibrate and keeps what came out in DIR/calibration: what a task of --on does
     #[arg(long, value_name = "K", requires = "calibrate", conflicts_with = "on", hide = true)]
     pub trial: Option<usize>,

@@ -13,6 +13,7 @@ use crate::fit::schedule;
 use crate::hypothesis::Hypothesis;
 use crate::problem::{Problem, Weighing};
 use crate::search::{Ends, Forgetful, Search};
+use crate::tasks::Tasks;
 use crate::thresholds::NEEDED;
 use crate::variant::Workshop;
 use crate::{Bench, Fault, Setup};
@@ -92,6 +93,7 @@ impl Calibration {
                 progress: &|_| {},
                 memory: &Forgetful,
                 ends: Ends::default(),
+                tasks: Tasks::ALONE,
             };
             let findings = search.run()?;
             cost_drops.push(findings.passes.first().map_or(0.0, |pass| search.largest_drop(pass)));

@@ -16,6 +16,7 @@ use crate::hypothesis::Hypothesis;
 use crate::machine::Job;
 use crate::problem::{Problem, Runs, Weighing};
 use crate::projection::{Projection, Score};
+use crate::tasks::{Task, Tasks};
 use crate::thresholds::LEAD;
 use crate::variant::{Insert, Workshop, coefficient};
 use crate::{Fault, Setup};
@@ -45,8 +46,7 @@ pub struct Located {
 /// # Errors
 /// When the model with terms cannot be translated or run.
 pub(crate) fn locate(
-    setup: &Setup,
-    workshop: &Workshop<'_>,
+    (setup, workshop, tasks): (&Setup, &Workshop<'_>, Tasks<'_>),
     hypothesis: &Hypothesis,
     (exchangeable, at): (&[&str], Option<&Term>),
     (fit, projection): (&Fit, &Projection<'_>),
@@ -68,21 +68,29 @@ pub(crate) fn locate(
     let mut all: Vec<Term> =
         places.iter().flat_map(|place| terms(place, &shown, tables, exchangeable.is_empty())).collect();
     let look_at = |all: &[Term], fitted: (&Fit, &Projection<'_>), weighing: &Weighing| {
-        let mut located = Vec::with_capacity(all.len());
-        for some in all.chunks(TOGETHER) {
-            located.extend(look_or_halve(setup, workshop, hypothesis, &inserts, some, fitted, weighing));
-        }
+        let parts: Vec<&[Term]> = all.chunks(TOGETHER).collect();
+        let task = |k: usize| {
+            let shapes: Vec<&str> = parts[k].iter().map(|term| term.shape.as_str()).collect();
+            let shots: Vec<f64> = weighing.shots.iter().map(|&shot| shot as f64).collect();
+            let words = format!("terms of {}: {}", hypothesis.key(), shapes.join("; "));
+            Task::new(words).from(&fitted.0.xi).from(&shots).from(&[fitted.0.cost])
+        };
+        let make = |k: usize| Ok(look_or_halve((setup, workshop), hypothesis, &inserts, parts[k], fitted, weighing));
+        let scores: Vec<Vec<Option<Score>>> = tasks.each(parts.len(), &setup.watch, &task, &mut { make })?;
+        let scored = all.iter().zip(scores.concat());
+        let scored = scored.filter_map(|(term, score)| Some(Located { term: term.clone(), score: score? }));
+        let mut located: Vec<Located> = scored.collect();
         located.sort_by(|a, b| b.score.gain.total_cmp(&a.score.gain));
-        located
+        Ok::<_, Fault>(located)
     };
     if all.len() > SCREENED && weighing.shots.len() > 1 {
         let (alone, own) = farthest_shot(&hypothesis.problem(setup)?, fit, weighing);
         if let Some(projection) = Projection::new(&alone) {
-            let screened = look_at(&all, (&alone, &projection), &own);
+            let screened = look_at(&all, (&alone, &projection), &own)?;
             all = screened.into_iter().take(SCREENED).map(|located| located.term).collect();
         }
     }
-    let mut located = look_at(&all, (fit, projection), weighing);
+    let mut located = look_at(&all, (fit, projection), weighing)?;
     // Equations that are as good as the best: first those of components that are meant to be exchanged.
     let best = located.first().map_or(0.0, |best| best.score.gain);
     let equal = located.partition_point(|own| own.score.gain > best - LEAD);
@@ -167,44 +175,26 @@ pub(crate) fn courses(
     Ok(values)
 }
 
-/// Scores of some terms.  A term may close a loop that cannot be solved from the start; such a one is found by halving
-/// and left out.
+/// Scores of some terms; none of those that a channel does not tell of.  A term may close a loop that cannot be solved from the start; such
+/// a one is found by halving and has none either.
 fn look_or_halve(
-    setup: &Setup,
-    workshop: &Workshop<'_>,
+    (setup, workshop): (&Setup, &Workshop<'_>),
     hypothesis: &Hypothesis,
     inserts: &[Insert],
     terms: &[Term],
     fitted: (&Fit, &Projection<'_>),
     weighing: &Weighing,
-) -> Vec<Located> {
-    match look(setup, workshop, hypothesis, inserts, terms, fitted, weighing) {
-        Ok(located) => located,
-        Err(_) if terms.len() < 2 => Vec::new(),
+) -> Vec<Option<Score>> {
+    let (fit, projection) = fitted;
+    match signatures(setup, workshop, hypothesis, inserts, terms, (&fit.xi, &fit.runs), weighing) {
+        Ok(found) => found.iter().map(|own| own.as_ref().map(|own| projection.score(own, ANY))).collect(),
+        Err(_) if terms.len() < 2 => vec![None; terms.len()],
         Err(_) => {
+            let half = |terms: &[Term]| look_or_halve((setup, workshop), hypothesis, inserts, terms, fitted, weighing);
             let (left, right) = terms.split_at(terms.len() / 2);
-            let mut located = look_or_halve(setup, workshop, hypothesis, inserts, left, fitted, weighing);
-            located.extend(look_or_halve(setup, workshop, hypothesis, inserts, right, fitted, weighing));
-            located
+            [half(left), half(right)].concat()
         }
     }
-}
-
-/// Scores of some terms.
-fn look(
-    setup: &Setup,
-    workshop: &Workshop<'_>,
-    hypothesis: &Hypothesis,
-    inserts: &[Insert],
-    terms: &[Term],
-    (fit, projection): (&Fit, &Projection<'_>),
-    weighing: &Weighing,
-) -> Result<Vec<Located>, Fault> {
-    let found = signatures(setup, workshop, hypothesis, inserts, terms, (&fit.xi, &fit.runs), weighing)?;
-    let scored = |(term, signature): (&Term, Option<DVector<f64>>)| {
-        Some(Located { term: term.clone(), score: projection.score(&signature?, ANY) })
-    };
-    Ok(terms.iter().zip(found).filter_map(scored).collect())
 }
 
 /// How the residuals change per unit of the coefficient of each term; none where a channel does not tell.

@@ -101,6 +101,6 @@ class Study:
         self,
         report: str,
         search: Tuple[bool, Optional[int], int],
-        sharing: Tuple[Optional[str], Optional[float], str],
+        sharing: Tuple[Optional[str], Optional[int], Optional[float], str],
         progress: _Progress,
     ) -> Tuple[str, str, Optional[str], List[Dict[str, Any]]]: ...

@@ -93,6 +93,7 @@ class Study:
         seed: int = 1,
         progress: Any = False,
         on: Any = None,
+        shards: Optional[int] = None,
         settle: Optional[float] = None,
     ) -> "Finding":
         """Find where model and bench disagree, name what is missing, write the model that has it.
@@ -110,8 +111,10 @@ class Study:
         progress
             True to be told what is done, or a function that gets seconds and a sentence.
         on
-            What shares the sets of ``calibrate`` out to other machines, as for :meth:`hyd.Model.sweep`. They have to see this interpreter with the package, study, set and
-            report at the same places. The search itself runs on this machine.
+            What shares the search (and the sets of ``calibrate``) out to other machines, as for :meth:`hyd.Model.sweep`. They have to see this interpreter with the
+            package, study, set and ``report``, which is needed, at the same places.
+        shards
+            Processes that search together [default: 4]; the answer does not depend on how many there are.
         settle
             Seconds that a file may take to become visible on a file system that machines share [default: 30].
 
@@ -119,10 +122,13 @@ class Study:
         -------
         Finding
         """
-        if on is not None and (calibrate is None or report is None):
-            raise UsageError(f"on: {'calibrate' if calibrate is None else 'report'}= is needed, too; on shares out the sets of a calibration")
-        sharing = (engine(on), None if settle is None else real("settle", settle), sys.executable)
-        options = checked({"calibrate": calibrate, "seed": seed})
+        if on is not None and report is None:
+            raise UsageError("on: report= is needed, too, a folder that all machines see")
+        given = [name for name, value in (("shards", shards), ("settle", settle)) if value is not None]
+        if on is None and given:
+            raise UsageError(f"{given[0]}: on= is needed, too")
+        options = checked({"calibrate": calibrate, "seed": seed, "shards": shards})
+        sharing = (engine(on), options["shards"], None if settle is None else real("settle", settle), sys.executable)
         if report is None:
             folder = tempfile.mkdtemp(prefix="hyd-report-")
         else:

@@ -97,8 +97,8 @@ def paths(keyword: str, value: Any) -> list:
 
 
 #: What keywords of runs are.
-_WHOLE = ("intervals", "max_steps", "samples", "seed", "threads", "calibrate", "shots", "like")
-_COUNTS = {"threads": "threads", "calibrate": "sets", "shots": "shots"}
+_WHOLE = ("intervals", "max_steps", "samples", "seed", "threads", "calibrate", "shots", "shards", "like")
+_COUNTS = {"threads": "threads", "calibrate": "sets", "shots": "shots", "shards": "processes"}
 _REAL = ("start", "stop", "tolerance")
 _WORDS = ("solver", "variables", "backend", "method")
 

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use hyd_run::Failure;
 use hyd_verbs::Libraries;
 use hyd_verbs::discover::{SearchOptions, discover};
-use hyd_verbs::discovery_trials::SharedTrials;
+use hyd_verbs::discovery_shared::SharedSearch;
 use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit};
 use hyd_verbs::next::{NextOptions, next};
 use hyd_verbs::share_out::Sharing;
@@ -124,17 +124,17 @@ impl Study {
         py: Python<'py>,
         report: PathBuf,
         search: (bool, Option<NonZeroUsize>, u64),
-        sharing: (Option<String>, Option<f64>, PathBuf),
+        sharing: (Option<String>, Option<usize>, Option<f64>, PathBuf),
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(String, String, Option<PathBuf>, Bound<'py, PyList>)> {
         let (resume, calibrate, seed) = search;
-        let (on, settle, python) = sharing;
+        let (on, shards, settle, python) = sharing;
         let (opened, _) = self.open(py)?;
         let threads = self.files.threads.map(NonZeroUsize::get);
-        let sharing = Sharing::read(on.as_deref(), None, (resume, settle), threads);
+        let sharing = Sharing::read(on.as_deref(), shards, (resume, settle), threads);
         let sharing = sharing.map_err(|failure| failed(py, &failure, &[]))?;
         // Tasks run the package by this interpreter, which other machines have to see where it is.
-        let shared = sharing.map(|own| SharedTrials {
+        let shared = sharing.filter(|own| own.place.is_some()).map(|own| SharedSearch {
             sharing: Sharing { python: Some(python.clone().into_os_string()), ..own },
             program: python,
             before: vec!["-m".to_string(), "hyd".to_string()],

@@ -1,7 +1,7 @@
 """Sweeps shared out to HyperQueue, Slurm and Dask on one machine; see `cluster` beside this file.
 
 For each engine: 10,000 drives in 40 shards while workers are killed (SIGKILL) five times in the middle; the submitting process killed and resumed; a shard that
-runs twice at the same time. Once: all shards by hand, a file system that is full, one that shows files late, tasks cancelled, a program that no node can run.
+runs twice at the same time; a search of three processes. Once: all shards by hand, a file system that is full, one that shows files late, tasks cancelled, a program that no node can run.
 """
 import contextlib
 import hashlib
@@ -24,6 +24,7 @@ WANTED = sys.argv[3:] or ["hand", "hq", "slurm", "dask", "costs"]
 BIN = pathlib.Path(sys.executable).parent
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DRIVE = ROOT / "models/single_acting_drive/drive.hyd"
+SEARCH = [HYD, "discover", ROOT / "models/single_acting_drive/bench.toml", "--bench", ROOT / "tests/data/bench/B03.json"]
 RUNS, SHARDS, KILLS = 10_000, 40, 5
 ENVIRONMENT = {**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}:/usr/sbin:/sbin", "HYD_PYTHON": sys.executable}
 IS_ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -371,6 +372,41 @@ def cancelled(engine, path, wanted):
     print(f"  interrupted after {first} shards, tasks cancelled, resumed: the same bytes", flush=True)
 
 
+def searched(engine, wanted):
+    """A search that three processes make together, one of which is killed twice: the report of one process, but for its seconds."""
+    folder = WORK / f"{engine.name}-search"
+    answers = lambda: len(list(folder.glob("search/*/answers/" + "[0-9a-f]" * 16)))
+    kills = []
+
+    def murderer():
+        for enough in (5, 30):
+            while not finished.is_set() and answers() < enough:
+                time.sleep(0.02)
+            if not finished.is_set():
+                kills.append(answers())
+                engine.kill_one()
+
+    finished = threading.Event()
+    thread = threading.Thread(target=murderer)
+    thread.start()
+    begin = time.monotonic()
+    run(*SEARCH, "--report", folder, "--on", engine.on, "--shards", "3", "--settle", "5", "--threads", "1")
+    seconds = time.monotonic() - begin
+    finished.set()
+    thread.join()
+    assert len(kills) == 2, kills
+    assert found(folder) == wanted, "the report is another one"
+    assert not (folder / "search").exists()
+    print(f"  a search, workers killed when {kills} tasks were done: {seconds:.1f} s, the same report", flush=True)
+
+
+def found(folder):
+    """What a search has found, without what a clock says."""
+    report = json.loads((folder / "report.json").read_text())
+    assert report.pop("seconds") > 0
+    return report, (folder / "discovered.hyd").read_text()
+
+
 def rows_kept(engine):
     """All rows of some runs."""
     path, wanted, alone = local("rows", 200, rows=True)
@@ -560,6 +596,9 @@ def main():
         print(f"{RUNS} drives", flush=True)
         path, wanted, alone = local("drives", RUNS)
         assert "failed" in alone.stderr
+        begin = time.monotonic()
+        run(*SEARCH, "--report", WORK / "search-local")
+        print(f"  a search in one process, all cores: {time.monotonic() - begin:.1f} s", flush=True)
     for name in chosen:
         print(name, flush=True)
         if name not in there():
@@ -571,6 +610,7 @@ def main():
             killed_submitter(engine, path, wanted)
             cancelled(engine, path, wanted)
             rows_kept(engine)
+            searched(engine, found(WORK / "search-local"))
             if name == "hq":
                 full_disk(engine)
                 slow_files(engine)

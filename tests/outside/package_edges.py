@@ -338,9 +338,8 @@ def check_study():
     refused(hyd.ModelError, lambda: study.next({"p1": (5e6, 6e6)}), "no condition `p1`")
 
 
-def check_next():
-    """The shot that makes a size better known, in a plain model with a closed form: a mass slowed by a drag that the model lacks."""
-    folder = WORK / "next"
+def coast(folder):
+    """A study of a plain model with a closed form: a mass slowed by a drag that the model lacks."""
     folder.mkdir()
     (folder / "coast.mo").write_text(
         "model Coast\n  parameter Real m(unit = \"kg\") = 2;\n  parameter Real b(unit = \"N.s/m\") = 0.5;\n  parameter Real v0(unit = \"m/s\") = 1;\n"
@@ -360,11 +359,44 @@ def check_next():
     (folder / "set.json").write_text(json.dumps({"parameter_tolerance_1sigma": {"m": 0.01, "b": 0.02}, "experiments": shots}))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hyd.HydWarning)
-        study = hyd.study(folder / "study.toml", bench=folder / "set.json")
+        return hyd.study(folder / "study.toml", bench=folder / "set.json")
+
+
+def check_next():
+    """The shot that makes a size better known."""
+    folder = WORK / "next"
+    study = coast(folder)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", hyd.HydWarning)
         proposal = study.next({"v0": (0.2, 3.0)}, report=folder / "report")
     # A drag shows at speed.
     assert proposal.report["aim"] in ("narrow", "tell apart") and proposal.shots[0]["v0_m_s"] > 2, proposal
     assert "shot 1" in proposal.text and (folder / "report/next.html").stat().st_size > 10_000
+
+
+def check_search_on_dask():
+    """A search by processes that a client of Dask starts has the report of one process; what cannot be shared out is refused."""
+    folder = WORK / "search"
+    study = coast(folder)
+    refused(hyd.UsageError, lambda: study.discover(on="slurm"), "on: report= is needed")
+    refused(hyd.UsageError, lambda: study.discover(shards=2), "shards: on= is needed")
+    refused(hyd.UsageError, lambda: study.discover(report=folder / "none", on="pbs"), "`pbs` is not an engine")
+    refused(hyd.UsageError, lambda: study.discover(report=folder / "none", on="slurm", shards=0), "shards: 0 is not a number of processes")
+    try:
+        import distributed
+    except ImportError:
+        print("distributed is not installed; searches on Dask are not tried")
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=str(WORK / "dask-search"))
+        with cluster, distributed.Client(cluster) as client:
+            shared = study.discover(report=folder / "shared", on=client, shards=2)
+        alone = study.discover(report=folder / "alone")
+    for found in (shared, alone):
+        assert found.report.pop("seconds") > 0
+    assert shared.report == alone.report and alone.report["status"] == "named", alone.report["status"]
+    assert not (folder / "shared/search").exists()
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ pub mod least_squares;
 pub mod models;
 pub mod numerics;
 pub mod other_drives;
+pub mod queue;
 pub mod reference;
 pub mod runs;
 pub mod scale;

@@ -7,15 +7,17 @@ use std::time::Instant;
 
 use hyd_compiler::inquiry::annotated_classes;
 use hyd_compiler::{Code, Severity};
-use hyd_discovery::{Calibration, Candidate, Folder, Report, Search, Setup, Workshop};
+use hyd_discovery::{Calibration, Candidate, Folder, Report, Search, Setup, Tasks, Workshop};
 use hyd_results::{refuse_read, write_whole};
 
 use crate::discovered_files::ReportFolder;
 use crate::discovery_calibration as calibration;
+use crate::discovery_crew::shared_search;
 use crate::discovery_memory::{FitsFile, MEMORY, hash};
 use crate::discovery_page::page;
 use crate::discovery_picture::gap_picture;
-use crate::discovery_trials::{SharedTrials, shared_trials};
+use crate::discovery_shared::SharedSearch;
+use crate::discovery_trials::shared_trials;
 use crate::picture::write_picture;
 use crate::study::{Opened, StudyFiles, failure, tell_whole_loops};
 use crate::{Failure, Listener};
@@ -37,8 +39,8 @@ pub struct SearchOptions {
     /// Searches so many sets made from the fitted model first; a name then needs a larger drop of the cost than 95 of 100 of them
     /// show by chance.
     pub calibrate: Option<NonZeroUsize>,
-    /// These sets are searched by other machines.
-    pub shared: Option<SharedTrials>,
+    /// Other machines search, these sets and the bench itself.
+    pub shared: Option<SharedSearch>,
     /// Seed of random starts.
     pub seed: u64,
 }
@@ -92,10 +94,27 @@ pub fn discover(
     if options.resume {
         progress(&format!("{} fits are taken over", memory.taken_over()));
     }
+    let crew = match &options.shared {
+        Some(shared) => {
+            let stop = || setup.watch.stopped();
+            Some(shared_search(study, options, (shared, hash, needed), listener, &progress, &stop)?)
+        }
+        None => None,
+    };
     let seed = options.seed;
     let ends = hyd_discovery::Ends::default();
-    let search =
-        Search { setup, workshop: &workshop, candidates, seed, needed, progress: &progress, memory: &memory, ends };
+    let tasks = crew.as_ref().map_or(Tasks::ALONE, |crew| Tasks::of(crew));
+    let search = Search {
+        setup,
+        workshop: &workshop,
+        candidates,
+        seed,
+        needed,
+        progress: &progress,
+        memory: &memory,
+        ends,
+        tasks,
+    };
     let settled = search.settled();
     if setup.watch.stopped() {
         return Err(Failure::Solver(INTERRUPTED.to_string()));
@@ -117,6 +136,9 @@ pub fn discover(
     let json = format!("{:#}\n", report.json);
     write(&options.report, setup, &report, &json)?;
     memory.remove();
+    if let Some(crew) = crew {
+        crew.remove();
+    }
     let command = folder.command(&report).unwrap_or_default();
     let model = report.model.is_some().then(|| options.report.join(Report::MODEL));
     Ok(Found { text: report.summary + &command, json, model })

@@ -1,38 +1,24 @@
 //! The sets of a calibration shared out to other machines: one task for each.
 //!
 //! `REPORT/calibration` holds what each has found, `trials/K.json`, until all are there.  A set is drawn by its number and the seed, and a file says of which
-//! search it is, so that neither the number of machines nor the order in which they end can be seen in the result.  Tasks read study, set, model and
-//! libraries where they are; other machines have to see them at the same places.
+//! search it is, so that neither the number of machines nor the order in which they end can be seen in the result.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use hyd_cluster::{Done, Ended, Patience, Seen, Work, carry_out};
+use hyd_cluster::{Done, Ended, Seen, carry_out};
 use hyd_compiler::Severity;
 use hyd_discovery::Calibration;
 use hyd_results::write_whole;
 use serde_json::{Value, json};
 
-use crate::discover::{SearchOptions, all_candidates, fingerprint};
-use crate::share_out::{Sharing, engine};
+use crate::discover::{SearchOptions, all_candidates, fingerprint, unwritable};
+use crate::discovery_shared::{SharedSearch, patience, submission};
 use crate::study::{Opened, StudyFiles, failure};
 use crate::{Failure, Listener};
 
 /// Folder of what is shared out, in that of the report.
 const FOLDER: &str = "calibration";
-
-/// How the sets are shared out.
-#[derive(Clone, Debug)]
-pub struct SharedTrials {
-    /// By what.
-    pub sharing: Sharing,
-    /// The program whose verb `discover` a task calls.
-    pub program: PathBuf,
-    /// What stands in front of the verb.
-    pub before: Vec<String>,
-    /// Tasks call a copy of the program, beside the report.
-    pub copied: bool,
-}
 
 /// Searches one set and keeps what came out.
 ///
@@ -58,9 +44,8 @@ pub fn keep_trial(
     let text = json!({"search": format!("{hash:016x}"), "bits": format!("{:016x}", drop.to_bits()), "cost_drop": drop});
     let path = path(&options.report.join(FOLDER), trial);
     let folder = path.parent().unwrap_or(Path::new(""));
-    let unwritable = |error: std::io::Error| Failure::Fault(format!("`{}` cannot be written: {error}", path.display()));
-    fs::create_dir_all(folder).map_err(unwritable)?;
-    write_whole(&path, format!("{text}\n").as_bytes()).map_err(unwritable)
+    fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+    write_whole(&path, format!("{text}\n").as_bytes()).map_err(|error| unwritable(&path, &error))
 }
 
 fn path(folder: &Path, trial: usize) -> PathBuf {
@@ -81,43 +66,17 @@ fn kept(folder: &Path, trial: usize, hash: u64) -> Option<f64> {
 pub(crate) fn shared_trials(
     files: &StudyFiles,
     options: &SearchOptions,
-    (shared, sets, hash): (&SharedTrials, usize, u64),
+    (shared, sets, hash): (&SharedSearch, usize, u64),
     listener: &dyn Listener,
     progress: &dyn Fn(&str),
     stop: &dyn Fn() -> bool,
 ) -> Result<Calibration, Failure> {
-    let mut engine = engine(&shared.sharing, sets)?;
-    let unwritable = |path: &Path, error: &std::io::Error| {
-        Failure::Fault(format!("`{}` cannot be written: {error}", path.display()))
-    };
     let folder = options.report.join(FOLDER);
-    for own in ["trials", "logs"].map(|name| folder.join(name)) {
-        fs::create_dir_all(&own).map_err(|error| unwritable(&own, &error))?;
-    }
-    let folder = folder.canonicalize().map_err(|error| unwritable(&folder, &error))?;
-    let program = match shared.copied {
-        false => shared.program.clone(),
-        true => {
-            let copy = folder.join("hyd");
-            let bytes = fs::read(&shared.program).map_err(|error| unwritable(&shared.program, &error))?;
-            // One that runs already must not be written over.
-            if fs::read(&copy).ok().as_ref() != Some(&bytes) {
-                write_whole(&copy, &bytes).map_err(|error| unwritable(&copy, &error))?;
-            }
-            let rights = fs::metadata(&shared.program).and_then(|own| fs::set_permissions(&copy, own.permissions()));
-            rights.map_err(|error| unwritable(&copy, &error))?;
-            copy
-        }
-    };
-    let name = format!("{} {hash:016x}", folder.display());
-    let work = Work {
-        name: format!("hyd-{}", &hyd_run::hash(name.as_bytes())[..12]),
-        program,
-        arguments: arguments(files, options, (shared, sets))?,
-        processors: shared.sharing.threads,
-        logs: folder.join("logs"),
-        folder: folder.clone(),
-    };
+    let (trials, by) = (folder.join("trials"), (files, options, shared));
+    fs::create_dir_all(&trials).map_err(|error| unwritable(&trials, &error))?;
+    let last = ["--calibrate".to_string(), sets.to_string(), "--trial".to_string()];
+    let (mut engine, work) = submission(by, (&folder, &format!("{hash:016x}")), (sets, &last))?;
+    let folder = work.folder.clone();
     let mut done = || {
         let tasks: Vec<bool> = (0..sets).map(|trial| kept(&folder, trial, hash).is_some()).collect();
         Ok(Done { parts: tasks.iter().filter(|&&done| done).count(), tasks })
@@ -135,8 +94,7 @@ pub(crate) fn shared_trials(
         }
         Seen::Outage(sentence) => listener.sentence(Severity::Warning, &format!("{sentence}; it is asked again")),
     };
-    let mut patience = Patience::USUAL;
-    patience.settle = shared.sharing.settle.unwrap_or(patience.settle);
+    let patience = patience(shared);
     // What an earlier call has submitted for the same search is known by its name.
     let ended = carry_out(engine.as_mut(), &work, (patience, true), &mut done, &mut told, stop);
     match ended.map_err(Failure::Fault)? {
@@ -158,30 +116,4 @@ pub(crate) fn shared_trials(
             Err(Failure::Solver("interrupted; the same command goes on with the sets that are left".to_string()))
         }
     }
-}
-
-/// The verb and its options; the number of the set comes behind.
-fn arguments(
-    files: &StudyFiles,
-    options: &SearchOptions,
-    (shared, sets): (&SharedTrials, usize),
-) -> Result<Vec<String>, Failure> {
-    let whole = |path: &Path| {
-        let path = path.canonicalize().map_err(|error| Failure::Fault(format!("`{}`: {error}", path.display())))?;
-        Ok(path.display().to_string())
-    };
-    let mut list = shared.before.clone();
-    list.extend(["discover".to_string(), whole(&files.study)?, "--bench".to_string(), whole(&files.bench)?]);
-    list.extend(["--report".to_string(), whole(&options.report)?]);
-    let libraries = files.libraries.fixed();
-    for folder in &libraries.folders {
-        list.extend(["--library".to_string(), folder.display().to_string()]);
-    }
-    if libraries.allow_outside {
-        list.push("--allow-outside".to_string());
-    }
-    list.extend(["--threads".to_string(), shared.sharing.threads.to_string()]);
-    list.extend(["--seed".to_string(), options.seed.to_string()]);
-    list.extend(["--calibrate".to_string(), sets.to_string(), "--trial".to_string()]);
-    Ok(list)
 }

@@ -81,6 +81,7 @@ pub fn next(
         progress: &progress,
         memory: &hyd_discovery::Forgetful,
         ends: hyd_discovery::Ends::default(),
+        tasks: hyd_discovery::Tasks::ALONE,
     };
     let settled = search.settled();
     let interrupted = || Failure::Solver("interrupted".to_string());

@@ -3,9 +3,12 @@
 use super::ends::Ends;
 use super::memory::Memory;
 use crate::catalogue::Candidate;
+use crate::fault::Fault;
 use crate::fit::{Effort, schedule};
+use crate::hypothesis::Hypothesis;
 use crate::problem::{Problem, Weighing};
 use crate::setup::Setup;
+use crate::tasks::{Answer, Task, Tasks};
 use crate::thresholds::NEEDED;
 use crate::variant::Workshop;
 
@@ -27,6 +30,8 @@ pub struct Search<'a> {
     pub memory: &'a dyn Memory,
     /// Where the round before ended; empty at first.
     pub ends: Ends,
+    /// Who makes its tasks.
+    pub tasks: Tasks<'a>,
 }
 
 impl Search<'_> {
@@ -42,6 +47,34 @@ impl Search<'_> {
     pub(super) fn wide(&self) -> Weighing {
         let whole = self.whole();
         Weighing { inflation: 3.5, tau: schedule::widened(whole.tau), ..whole }
+    }
+
+    /// The task of doing something with a model from these numbers.
+    pub(super) fn task(&self, role: &str, hypothesis: &Hypothesis, from: &[&[f64]]) -> Task {
+        // A law has a text of its own, and terms have spreads.
+        let words = format!("{}{}", self.workshop.preamble, self.key(role, hypothesis));
+        let spreads: Vec<f64> = hypothesis.terms.iter().map(|own| own.1).collect();
+        from.iter().fold(Task::new(words).from(&spreads), |task, numbers| task.from(numbers))
+    }
+
+    /// Tasks that do not depend on each other.
+    pub(super) fn each<T: Answer>(
+        &self,
+        count: usize,
+        task: impl Fn(usize) -> Task,
+        mut make: impl FnMut(usize) -> Result<T, Fault>,
+    ) -> Result<Vec<T>, Fault> {
+        self.tasks.each(count, &self.setup.watch, &task, &mut make)
+    }
+
+    /// A task by itself, which others wait for.
+    pub(super) fn one<T: Answer>(
+        &self,
+        task: impl Fn() -> Task,
+        make: impl Fn() -> Result<T, Fault>,
+    ) -> Result<T, Fault> {
+        let all = self.tasks.each(1, &self.setup.watch, &|_| task(), &mut |_| make())?;
+        all.into_iter().next().ok_or_else(|| Fault::run("a task has no answer"))
     }
 }
 

@@ -47,14 +47,22 @@ impl Search<'_> {
         let from_best = nuisances(&pass.tried[best]);
         let mut again: Vec<(usize, Option<Vec<f64>>)> = rivals.iter().map(|&k| (k, from_best.clone())).collect();
         again.extend(rivals.first().map(|&other| (best, nuisances(&pass.tried[other]))));
-        for (k, start) in again {
-            let (Some(start), Some(old)) = (start, pass.tried[k].fit.clone()) else { continue };
-            let problem = pass.tried[k].hypothesis.problem(self.setup)?;
-            let xi = [&start[..], &old.xi[count..]].concat();
-            let known = old.jacobian.as_ref().map(|jacobian| (&jacobian.matrix, &whole));
-            let Ok(next) = minimise(&problem, &xi, &whole, patience(&problem), known) else { continue };
-            drop(problem);
-            pass.tried[k].fit = Some(self.preferred(&pass.tried[k].hypothesis, old, next, pass.expected));
+        let from = |(k, start): (usize, Option<Vec<f64>>)| {
+            let old = pass.tried[k].fit.as_ref()?;
+            Some((k, [&start?[..], &old.xi[count..]].concat()))
+        };
+        let again: Vec<(usize, Vec<f64>)> = again.into_iter().filter_map(from).collect();
+        let task = |k: usize| self.task("cross", &pass.tried[again[k].0].hypothesis, &[&again[k].1]);
+        let make = |k: usize| {
+            let Tried { hypothesis, fit, .. } = &pass.tried[again[k].0];
+            let problem = hypothesis.problem(self.setup)?;
+            let jacobian = fit.as_ref().and_then(|fit| fit.jacobian.as_ref());
+            let known = jacobian.map(|jacobian| (&jacobian.matrix, &whole));
+            Ok(minimise(&problem, &again[k].1, &whole, patience(&problem), known).ok())
+        };
+        let next = self.each(again.len(), task, make)?;
+        for (&(k, _), next) in again.iter().zip(next) {
+            self.take_preferred(&mut pass.tried[k], next, pass.expected);
         }
         Ok(())
     }
@@ -78,30 +86,39 @@ impl Search<'_> {
         let mut open: Vec<usize> = (0..pass.tried.len()).filter(is_open).collect();
         // Its rivals first, then what promised most.
         open.sort_by_key(|&k| !pass.tried[k].hypothesis.inserts.last().is_some_and(|own| are_rivals(own, &leader)));
-        for k in open.into_iter().take(MOST_GIVEN_UP) {
-            let tried = &pass.tried[k];
-            let Some(old) = tried.fit.clone() else { continue };
-            let problem = tried.hypothesis.problem(self.setup)?;
-            let Some(insert) = tried.hypothesis.inserts.last() else { continue };
+        open.truncate(MOST_GIVEN_UP);
+        let task = |k: usize| self.task("given up", &pass.tried[open[k]].hypothesis, &[&fit.xi]);
+        let make = |k: usize| {
+            let hypothesis = &pass.tried[open[k]].hypothesis;
+            (self.progress)(&format!("fitting {} from the best candidate's parameters", hypothesis.label()));
+            let problem = hypothesis.problem(self.setup)?;
+            let Some(insert) = hypothesis.inserts.last() else { return Ok(None) };
             let typical = insert.effect.probe * self.setup.scale(insert);
-            let sizes =
-                GIVEN_UP.iter().map(|size| tried.hypothesis.at_size(&problem, &fit.xi[..count], size * typical));
+            let sizes = GIVEN_UP.iter().map(|size| hypothesis.at_size(&problem, &fit.xi[..count], size * typical));
             let starts = sizes.filter_map(|xi| Fit::at(&problem, &xi, &whole).ok());
-            let Some(start) = starts.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { continue };
-            let Ok(mut next) = minimise(&problem, &start.xi, &whole, Effort::SHORT, None) else { continue };
+            let Some(start) = starts.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { return Ok(None) };
+            let Ok(next) = minimise(&problem, &start.xi, &whole, Effort::SHORT, None) else { return Ok(None) };
             if next.misfit < HOPELESS * fit.misfit.max(pass.expected)
                 && let Ok(end) = minimise(&problem, &next.xi, &whole, patience(&problem), None)
             {
-                next = end;
+                return Ok(Some(end));
             }
-            drop(problem);
-            (self.progress)(&format!(
-                "fitting {} from the best candidate's parameters",
-                pass.tried[k].hypothesis.label()
-            ));
-            pass.tried[k].fit = Some(self.preferred(&pass.tried[k].hypothesis, old, next, pass.expected));
+            Ok(Some(next))
+        };
+        let next = self.each(open.len(), task, make)?;
+        for (k, next) in open.into_iter().zip(next) {
+            self.take_preferred(&mut pass.tried[k], next, pass.expected);
         }
         Ok(())
+    }
+
+    /// Puts a new fit in the place of the old one where it is [preferred](Search::preferred).
+    fn take_preferred(&self, tried: &mut Tried, next: Option<Fit>, expected: f64) {
+        if let (Some(_), Some(next)) = (&tried.fit, next)
+            && let Some(old) = tried.fit.take()
+        {
+            tried.fit = Some(self.preferred(&tried.hypothesis, old, next, expected));
+        }
     }
 
     /// Fits the base again from where the best candidate ended: from its nuisances, and from where they would go
@@ -116,8 +133,10 @@ impl Search<'_> {
         let mut tries: Vec<(&str, Fit)> = Vec::new();
         let known = pass.fit.jacobian.as_ref().map(|jacobian| (&jacobian.matrix, &whole));
         let against = Effort::FULL.against(fit.cost);
-        let plain = minimise(&problem, &fit.xi[..count], &whole, against, known);
-        tries.extend(plain.ok().map(|again| ("from the best candidate's parameters", again)));
+        let task = |role: &str, start: &[f64]| self.task(role, &pass.base, &[start, &[fit.cost]]);
+        let make = || Ok(minimise(&problem, &fit.xi[..count], &whole, against, known).ok());
+        let plain = self.one(|| task("without", &fit.xi[..count]), make)?;
+        tries.extend(plain.map(|again| ("from the best candidate's parameters", again)));
         let own = tried.hypothesis.problem(self.setup)?;
         let lowest = tries.iter().map(|(_, again)| again.cost).fold(pass.fit.cost, f64::min);
         if own.machine.is_fast()
@@ -125,7 +144,10 @@ impl Search<'_> {
             && let Some(errors) = fit.errors_beside(&sizes.own, &sizes.away, &[])
             && lowest - fit.cost > APART * errors * errors + self.needed
             && let Some(start) = fit.moved_back(&sizes.own, &sizes.away)
-            && let Ok(again) = minimise(&problem, &start[..count], &whole, Effort::FULL, None)
+            && let Some(again) = self.one(
+                || task("moved back", &start[..count]),
+                || Ok(minimise(&problem, &start[..count], &whole, Effort::FULL, None).ok()),
+            )?
         {
             tries.push(("from the best candidate's parameters without it", again));
         }

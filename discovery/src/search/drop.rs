@@ -41,9 +41,8 @@ impl Search<'_> {
         let mut rest = found.to_vec();
         rest.remove(out);
         let rest = Hypothesis::new(self.setup, self.workshop, rest)?;
-        let problem = rest.problem(self.setup)?;
-        let again = minimise(&problem, &start, &self.whole(), Effort::FULL, None).ok();
-        drop(problem);
+        let make = || Ok(minimise(&rest.problem(self.setup)?, &start, &self.whole(), Effort::FULL, None).ok());
+        let again = self.one(|| self.task("taken out", &rest, &[&start]), make)?;
         Ok(again.map(|again| (rest, again)))
     }
 }

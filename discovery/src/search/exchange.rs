@@ -103,7 +103,8 @@ impl Search<'_> {
         let start: Vec<f64> = start.collect();
         // What does not catch up explains less, however far it is followed.
         let effort = patience(&problem).against(fit.cost);
-        let again = minimise(&problem, &start, &self.whole(), effort, None).ok();
+        let make = || Ok(minimise(&problem, &start, &self.whole(), effort, None).ok());
+        let again = self.one(|| self.task("in place", &other, &[&start, &[fit.cost]]), make)?;
         drop(problem);
         Ok(again.map(|again| (other, again)))
     }

@@ -259,7 +259,8 @@ impl Search<'_> {
             let paths: Vec<&str> = declared.iter().map(|site| site.path.as_str()).collect();
             let at = own.hypothesis.terms.first().map(|(term, _)| term);
             let fitted = (&own.fit, &projection);
-            let located = locate(self.setup, self.workshop, &own.hypothesis, (&paths, at), fitted, &self.whole())?;
+            let located =
+                locate((self.setup, self.workshop, self.tasks), &own.hypothesis, (&paths, at), fitted, &self.whole())?;
             drop(projection);
             let least = price(located.len());
             let likely = located.iter().filter(|own| own.score.gain >= self.needed).take(FITTED);
@@ -290,10 +291,13 @@ impl Search<'_> {
         let Ok(hypothesis) = Hypothesis::with_terms(self.setup, self.workshop, Vec::new(), terms) else {
             return Ok(None);
         };
-        let problem = hypothesis.problem(self.setup)?;
-        let start = hypothesis.at_size(&problem, &own.fit.xi, next.score.amplitude);
-        let Ok(fit) = minimise(&problem, &start, &self.whole(), patience(&problem), None) else { return Ok(None) };
-        drop(problem);
+        let make = || {
+            let problem = hypothesis.problem(self.setup)?;
+            let start = hypothesis.at_size(&problem, &own.fit.xi, next.score.amplitude);
+            Ok(minimise(&problem, &start, &self.whole(), patience(&problem), None).ok())
+        };
+        let task = || self.task("with a term", &hypothesis, &[&own.fit.xi, &[next.score.amplitude]]);
+        let Some(fit) = self.one(task, make)? else { return Ok(None) };
         let mut more = Grown { hypothesis, fit, needed: own.needed + least };
         more.hypothesis.refresh(self.setup, &mut more.fit, &self.whole())?;
         Ok(Some(more))

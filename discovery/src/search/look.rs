@@ -43,7 +43,7 @@ impl Search<'_> {
         let Some(projection) = Projection::new(&seen) else {
             return Err(Fault::run("no derivatives at the fit of the base model"));
         };
-        let mut signatures = Vec::new();
+        let mut hypotheses = Vec::new();
         for candidate in &self.candidates {
             let is_taken = pass.base.inserts.iter().any(|own| own.excludes(candidate) || own.is_same(candidate));
             if is_taken || refused.iter().any(|own| own.is_same(candidate)) {
@@ -51,8 +51,13 @@ impl Search<'_> {
             }
             let mut inserts = pass.base.inserts.clone();
             inserts.push(candidate.clone());
-            let hypothesis = Hypothesis::new(self.setup, self.workshop, inserts)?;
-            let mut look = hypothesis.look(self.setup, &seen, &projection, (&weighing, is_quiet))?;
+            hypotheses.push((candidate, Hypothesis::new(self.setup, self.workshop, inserts)?));
+        }
+        let task = |k: usize| self.task("look", &hypotheses[k].1, &[&seen.xi]);
+        let make = |k: usize| hypotheses[k].1.look(self.setup, &seen, &projection, (&weighing, is_quiet));
+        let looks = self.each(hypotheses.len(), task, make)?;
+        let mut signatures = Vec::new();
+        for ((candidate, hypothesis), mut look) in hypotheses.into_iter().zip(looks) {
             if let Some((typical, score, signature)) = look.as_mut().and_then(|look| look.typical.take()) {
                 let (id, effect) = (candidate.effect.id.clone(), candidate.label());
                 let power = Power { id, effect, typical, cost_drop: score.power, left: score.left };

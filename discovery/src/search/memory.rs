@@ -43,7 +43,7 @@ impl Search<'_> {
     }
 
     /// Fits to other shots are other fits.
-    fn key(&self, role: &str, hypothesis: &Hypothesis) -> String {
+    pub(super) fn key(&self, role: &str, hypothesis: &Hypothesis) -> String {
         let shots = if self.setup.exposed.is_empty() { "" } else { "other shots, " };
         let round = match self.setup.disturbances == Disturbances::default() {
             true => String::new(),

@@ -258,11 +258,14 @@ impl Search<'_> {
         }
         // Before something unknown is claimed the fit without is tried as hard as can be.
         (self.progress)("fitting the base model again from elsewhere");
-        let problem = pass.base.problem(self.setup)?;
-        let tau = self.whole().tau;
-        let fit = pass.fit.clone();
-        pass.fit = schedule::retry(&problem, fit, &self.setup.train, (tau, self.seed), &mut pass.record);
-        drop(problem);
+        let make = || {
+            let mut record = pass.record.clone();
+            let how = (self.whole().tau, self.seed);
+            let problem = pass.base.problem(self.setup)?;
+            let fit = schedule::retry(&problem, pass.fit.clone(), &self.setup.train, how, &mut record);
+            Ok((fit, record))
+        };
+        (pass.fit, pass.record) = self.one(|| self.task("elsewhere", &pass.base, &[&pass.fit.xi]), make)?;
         self.judge(pass);
         Ok(self.outcome(pass))
     }
@@ -278,14 +281,10 @@ impl Search<'_> {
             None => match self.recalled("alone", &base)? {
                 Some(fit) => fit,
                 None => {
-                    let zero = vec![0.0; problem.unknowns.len()];
-                    let (fit, made) = schedule::fit(&problem, &zero, &self.setup.train, self.whole().tau)?;
-                    record = made;
-                    let fit = self.ended(&problem, fit, &mut record);
-                    let fit =
-                        schedule::unpull(&problem, fit, &self.setup.train, (self.whole().tau, self.seed), &mut record);
-                    self.keep("alone", &base, &fit);
-                    fit
+                    let made = self.one(|| self.task("alone", &base, &[]), || self.afresh(&problem))?;
+                    record = made.1;
+                    self.keep("alone", &base, &made.0);
+                    made.0
                 }
             },
             Some(fit) => {
@@ -312,6 +311,16 @@ impl Search<'_> {
             powers: Vec::new(),
             confusions: Vec::new(),
         })
+    }
+
+    /// Fits from what is expected.
+    fn afresh(&self, problem: &Problem<'_>) -> Result<(Fit, Record), Fault> {
+        let (shots, tau) = (&self.setup.train, self.whole().tau);
+        let zero = vec![0.0; problem.unknowns.len()];
+        let (fit, mut record) = schedule::fit(problem, &zero, shots, tau)?;
+        let fit = self.ended(problem, fit, &mut record);
+        let fit = schedule::unpull(problem, fit, shots, (tau, self.seed), &mut record);
+        Ok((fit, record))
     }
 
     /// A fit that ran out of steps above noise, followed to its end; far above noise it was on a wrong way, and goes another one from there.

@@ -38,7 +38,8 @@ impl Search<'_> {
                 _ => others.next().unwrap_or(0.0),
             });
             let start: Vec<f64> = start.collect();
-            let Ok(again) = minimise(&problem, &start, &self.whole(), Effort::FULL, None) else { continue };
+            let make = || Ok(minimise(&problem, &start, &self.whole(), Effort::FULL, None).ok());
+            let Some(again) = self.one(|| self.task("plainer", &without, &[&start]), make)? else { continue };
             if (again.cost - fit.cost) / scale <= LEAD {
                 drop(problem);
                 return Ok(Some((inserts, again)));

@@ -40,23 +40,26 @@ impl Search<'_> {
         let back: Vec<f64> = bent.iter().map(|&xi| if xi.abs() > BENT { 0.0 } else { xi }).collect();
         let starts = if back == bent { vec![bent] } else { vec![bent, back] };
         let new: Vec<usize> = (0..pass.tried.len()).filter(is_new).collect();
-        for k in new {
-            let tried = &pass.tried[k];
-            let Some(insert) = tried.hypothesis.inserts.last() else { continue };
-            (self.progress)(&format!("fitting {} from the best candidate's parameters", tried.hypothesis.label()));
-            let problem = tried.hypothesis.problem(self.setup)?;
+        let make = |k: usize| {
+            let hypothesis = &pass.tried[new[k]].hypothesis;
+            let Some(insert) = hypothesis.inserts.last() else { return Ok(None) };
+            (self.progress)(&format!("fitting {} from the best candidate's parameters", hypothesis.label()));
+            let problem = hypothesis.problem(self.setup)?;
             let typical = insert.effect.probe * self.setup.scale(insert);
             let factor = math::ln(SIZES.1 / SIZES.0) / f64::from(SIZES.2);
             let sizes = (0..=SIZES.2).map(|step| typical * SIZES.0 * math::exp(factor * f64::from(step)));
             let sizes: Vec<f64> = sizes.collect();
             let ends = starts.iter().filter_map(|nuisances| {
-                let at = sizes.iter().map(|&size| tried.hypothesis.at_size(&problem, nuisances, size));
+                let at = sizes.iter().map(|&size| hypothesis.at_size(&problem, nuisances, size));
                 let fits = at.filter_map(|xi| Fit::at(&problem, &xi, &whole).ok());
                 let start = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
                 minimise(&problem, &start.xi, &whole, patience(&problem), None).ok()
             });
-            let lowest = ends.min_by(|a, b| a.cost.total_cmp(&b.cost));
-            drop(problem);
+            Ok(ends.min_by(|a, b| a.cost.total_cmp(&b.cost)))
+        };
+        let task = |k: usize| self.task("plainest", &pass.tried[new[k]].hypothesis, &[&fit.xi]);
+        let lowest = self.each(new.len(), task, make)?;
+        for (k, lowest) in new.into_iter().zip(lowest) {
             pass.tried[k].fit = lowest;
         }
         Ok(())

@@ -29,28 +29,42 @@ impl Search<'_> {
         let whole = self.whole();
         let Some(Jacobian { matrix: jacobian, .. }) = &seen.jacobian else { return Ok(()) };
         let (effort, limit) = if is_quiet { (FEWER, LEFT.1) } else { (STEPS, LEFT.0) };
-        for tried in &mut pass.tried {
+        let mut doubtful = Vec::new();
+        for (rank, tried) in pass.tried.iter().enumerate() {
             // Measuring chains answer in proportion.
             let is_sensor = tried.hypothesis.inserts.last().is_some_and(|insert| insert.effect.kind == Kind::Sensor);
             if is_quiet && is_sensor {
                 continue;
             }
-            let is_doubtful = |look: &&mut Look| look.score.left < limit && look.score.power > VISIBLE;
-            let Some(look) = tried.look.as_mut().filter(is_doubtful) else { continue };
-            if !tried.hypothesis.machine.is_fast() {
-                continue;
+            let is_doubtful = |look: &&Look| look.score.left < limit && look.score.power > VISIBLE;
+            if let Some(look) = tried.look.as_ref().filter(is_doubtful)
+                && tried.hypothesis.machine.is_fast()
+            {
+                doubtful.push((rank, &tried.hypothesis, look));
             }
-            let problem = tried.hypothesis.problem(self.setup)?;
-            let typical = tried.hypothesis.inserts.last().map(|own| own.effect.probe * self.setup.scale(own));
-            let typical = typical.map(|size| tried.hypothesis.at_size(&problem, &seen.xi, size));
+        }
+        let make = |k: usize| {
+            let (_, hypothesis, look) = doubtful[k];
+            let problem = hypothesis.problem(self.setup)?;
+            let typical = hypothesis.inserts.last().map(|own| own.effect.probe * self.setup.scale(own));
+            let typical = typical.map(|size| hypothesis.at_size(&problem, &seen.xi, size));
             let claimed = (!is_quiet).then(|| [&seen.xi[..], &look.start[..]].concat());
-            let starts = typical.into_iter().chain(claimed);
-            for start in starts {
+            let mut best = None;
+            for start in typical.into_iter().chain(claimed) {
                 let Ok(fit) = minimise(&problem, &start, &whole, effort, Some((jacobian, &whole))) else { continue };
                 let cost_drop = pass.fit.cost - fit.cost;
-                if cost_drop > look.probed.as_ref().map_or(0.0, |(known, _)| *known) {
-                    look.probed = Some((cost_drop, fit.xi));
+                if cost_drop > best.as_ref().map_or(0.0, |(known, _): &(f64, Vec<f64>)| *known) {
+                    best = Some((cost_drop, fit.xi));
                 }
+            }
+            Ok(best)
+        };
+        let task = |k: usize| self.task("probe", doubtful[k].1, &[&seen.xi, &doubtful[k].2.start, &[pass.fit.cost]]);
+        let probed = self.each(doubtful.len(), task, make)?;
+        let ranks: Vec<usize> = doubtful.iter().map(|own| own.0).collect();
+        for (rank, probed) in ranks.into_iter().zip(probed) {
+            if let Some(look) = &mut pass.tried[rank].look {
+                look.probed = probed;
             }
         }
         Ok(())

@@ -44,9 +44,11 @@ impl Search<'_> {
         for rival in others.take(RIVALS.1).chain(before.terms.first_mut()) {
             let Some(old) = rival.fit.clone() else { continue };
             let start = [nuisances, &old.xi[count..]].concat();
-            let problem = rival.hypothesis.problem(self.setup)?;
-            let Ok(again) = minimise(&problem, &start, &whole, patience(&problem), None) else { continue };
-            drop(problem);
+            let make = || {
+                let problem = rival.hypothesis.problem(self.setup)?;
+                Ok(minimise(&problem, &start, &whole, patience(&problem), None).ok())
+            };
+            let Some(again) = self.one(|| self.task("revisit", &rival.hypothesis, &[&start]), make)? else { continue };
             rival.fit = Some(lower(old, again));
         }
         let problem = before.base.problem(self.setup)?;

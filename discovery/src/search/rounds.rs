@@ -315,7 +315,9 @@ impl Search<'_> {
         let (before, problem) = (pass.base.problem(self.setup)?, pass.base.problem(&setup)?);
         let known = |name: &str| before.unknowns.iter().position(|own| own.name == name);
         let start = problem.unknowns.iter().map(|own| known(&own.name).map_or(0.0, |k| pass.fit.xi[k]));
-        minimise(&problem, &start.collect::<Vec<_>>(), &self.whole(), Effort::LONG, None)
+        let start: Vec<f64> = start.collect();
+        let task = || Search { setup: &setup, ..self.again() }.task("with disturbances", &pass.base, &[&start]);
+        self.one(task, || minimise(&problem, &start, &self.whole(), Effort::LONG, None))
     }
 
     fn left(&self, hypothesis: &Hypothesis, fit: &Fit) -> Result<Leftover, Fault> {

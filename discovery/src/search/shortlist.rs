@@ -14,6 +14,7 @@ use crate::fit::schedule::{self, lower};
 use crate::fit::{Effort, Fit, minimise};
 use crate::hypothesis::{Hypothesis, Look};
 use crate::problem::Problem;
+use crate::tasks::waves;
 use crate::thresholds::{NEEDED, PROMISING, adequate, noise};
 use hyd_system::random::SplitMix;
 
@@ -89,10 +90,8 @@ impl Search<'_> {
         let mut chosen: Vec<usize> = chosen.collect();
         chosen.extend(at_located_places(pass, &chosen));
         let mut lowest = Lowest::of([&pass.fit], pass.expected);
-        let mut begun: Vec<(usize, Begun)> = Vec::new();
         for rank in std::mem::take(&mut chosen) {
             let tried = &mut pass.tried[rank];
-            (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
             if let Some(fit) = self.recalled(role(pass.is_again), &tried.hypothesis)? {
                 lowest.take(&fit);
                 tried.fit = Some(fit);
@@ -109,25 +108,29 @@ impl Search<'_> {
                 continue;
             }
             chosen.push(rank);
-            if let Some(look) = tried.look.as_ref().filter(|_| tried.hypothesis.machine.is_fast()) {
-                let others = self.other_sizes(&tried.hypothesis);
-                let base = pass.seen.as_ref().unwrap_or(&pass.fit);
-                begun.extend(self.begin_near(&tried.hypothesis, base, look, &others)?.map(|own| (rank, own)));
-            }
         }
-        begun.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        let mut begun = self.begun_near(pass, &chosen)?;
         // Where one whose runs are long promises most, what it explains spares others the effort.
         let is_slow = |rank: &&usize| !pass.tried[**rank].hypothesis.machine.is_fast();
         let first: Vec<usize> = chosen.first().filter(is_slow).copied().into_iter().collect();
         self.shortlist_from_afar(pass, &first, &mut lowest)?;
-        for (rank, begun) in begun {
-            let tried = &mut pass.tried[rank];
-            tried.fit = self.finish_near(&tried.hypothesis, begun, lowest)?;
-            if let Some(fit) = &tried.fit {
-                lowest.take(fit);
-                self.keep(role(pass.is_again), &tried.hypothesis, fit);
+        begun.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        for wave in waves(begun.len()) {
+            let wave = &begun[wave];
+            let hypothesis = |k: usize| &pass.tried[wave[k].0].hypothesis;
+            let numbers = [lowest.misfit, lowest.cost];
+            let task = |k: usize| self.task("finish", hypothesis(k), &[&wave[k].1.fit.xi, &numbers]);
+            let fits = self.each(wave.len(), task, |k| self.finish_near(hypothesis(k), &wave[k].1, lowest))?;
+            for (&(rank, _), fit) in wave.iter().zip(fits) {
+                let tried = &mut pass.tried[rank];
+                if let Some(fit) = &fit {
+                    lowest.take(fit);
+                    self.keep(role(pass.is_again), &tried.hypothesis, fit);
+                }
+                tried.fit = fit;
             }
         }
+        drop(begun);
         self.go_on(pass, &mut lowest)?;
         self.shortlist_from_afar(pass, &chosen[first.len()..], &mut lowest)?;
         // Once more, for those that were fitted further.
@@ -137,6 +140,30 @@ impl Search<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Short fits of those of the chosen candidates whose runs are not long.
+    fn begun_near(&self, pass: &Pass, chosen: &[usize]) -> Result<Vec<(usize, Begun)>, Fault> {
+        let base = pass.seen.as_ref().unwrap_or(&pass.fit);
+        let is_near = |rank: &&usize| {
+            let Tried { hypothesis, look, .. } = &pass.tried[**rank];
+            look.is_some() && hypothesis.machine.is_fast()
+        };
+        let near: Vec<usize> = chosen.iter().filter(is_near).copied().collect();
+        let task = |k: usize| {
+            let Tried { hypothesis, look, .. } = &pass.tried[near[k]];
+            let start = look.as_ref().map_or(&[][..], |look| &look.start);
+            let probed = look.as_ref().and_then(|look| look.probed.as_ref()).map_or(&[][..], |own| &own.1);
+            self.task("begin", hypothesis, &[&base.xi, start, probed])
+        };
+        let make = |k: usize| {
+            let Tried { hypothesis, look: Some(look), .. } = &pass.tried[near[k]] else { return Ok(None) };
+            (self.progress)(&format!("fitting {}", hypothesis.label()));
+            let begun = self.begin_near(hypothesis, base, look, &self.other_sizes(hypothesis))?;
+            Ok(begun.map(|own| (own.misfit, own.fit)))
+        };
+        let begun = near.iter().zip(self.each(near.len(), task, make)?);
+        Ok(begun.filter_map(|(&rank, own)| own.map(|(misfit, fit)| (rank, Begun { misfit, fit }))).collect())
     }
 
     /// Follows the lowest fit further if it explains most of what is missing but not all: it may only have ended early.
@@ -152,10 +179,12 @@ impl Search<'_> {
             return Ok(());
         };
         (self.progress)(&format!("going on with {}", tried.hypothesis.label()));
-        let problem = tried.hypothesis.problem(self.setup)?;
         let is_enough = |fit: &Fit| fit.misfit <= noise(pass.expected);
-        let fit = schedule::go_on(&problem, fit, &self.setup.train, self.whole().tau, &is_enough);
-        drop(problem);
+        let make = || {
+            let problem = tried.hypothesis.problem(self.setup)?;
+            Ok(schedule::go_on(&problem, fit.clone(), &self.setup.train, self.whole().tau, &is_enough))
+        };
+        let fit = self.one(|| self.task("go on", &tried.hypothesis, &[&fit.xi]), make)?;
         lowest.take(&fit);
         tried.fit = Some(fit);
         Ok(())
@@ -173,12 +202,16 @@ impl Search<'_> {
             return Ok(());
         }
         let contenders: Vec<usize> = order.into_iter().filter(|&k| cost(k) <= enough).take(CONTENDERS.0).collect();
-        for k in contenders {
-            let Some(fit) = pass.tried[k].fit.take() else { continue };
-            (self.progress)(&format!("going on with {}", pass.tried[k].hypothesis.label()));
-            let problem = pass.tried[k].hypothesis.problem(self.setup)?;
-            let fit = self.unbend(&problem, fit, pass.expected);
-            drop(problem);
+        let fitted = |k: &usize| pass.tried[*k].fit.as_ref().map(|fit| (*k, fit));
+        let fits: Vec<(usize, &Fit)> = contenders.iter().filter_map(fitted).collect();
+        let task = |k: usize| self.task("unbend", &pass.tried[fits[k].0].hypothesis, &[&fits[k].1.xi]);
+        let make = |k: usize| {
+            let hypothesis = &pass.tried[fits[k].0].hypothesis;
+            (self.progress)(&format!("going on with {}", hypothesis.label()));
+            Ok(self.unbend(&hypothesis.problem(self.setup)?, fits[k].1.clone(), pass.expected))
+        };
+        let unbent = self.each(fits.len(), task, make)?;
+        for (k, fit) in contenders.into_iter().zip(unbent) {
             self.keep(role(pass.is_again), &pass.tried[k].hypothesis, &fit);
             pass.tried[k].fit = Some(fit);
         }
@@ -189,17 +222,26 @@ impl Search<'_> {
     /// may have ended where another imitates it.
     fn scatter(&self, pass: &mut Pass) -> Result<(), Fault> {
         let Some(&best) = by_cost(&pass.tried).first() else { return Ok(()) };
-        let Some(mut fit) = pass.tried[best].fit.clone() else { return Ok(()) };
+        let Some(fit) = pass.tried[best].fit.clone() else { return Ok(()) };
         let hypothesis = &pass.tried[best].hypothesis;
         let has_several = hypothesis.inserts.last().is_some_and(|insert| insert.effect.parameters.len() > 1);
         if !has_several || !hypothesis.machine.is_fast() {
             return Ok(());
         }
+        let make = || self.scattered(hypothesis, fit.clone(), pass.expected);
+        let fit = self.one(|| self.task("scatter", hypothesis, &[&fit.xi]), make)?;
+        self.keep(role(pass.is_again), hypothesis, &fit);
+        pass.tried[best].fit = Some(fit);
+        Ok(())
+    }
+
+    /// The lowest of a fit and of those from drawn numbers.
+    fn scattered(&self, hypothesis: &Hypothesis, mut fit: Fit, expected: f64) -> Result<Fit, Fault> {
         let problem = hypothesis.problem(self.setup)?;
         let last = hypothesis.last();
         let mut draws = SplitMix(self.seed | 1);
         for _ in 0..SCATTERED {
-            if fit.misfit <= adequate(pass.expected) {
+            if fit.misfit <= adequate(expected) {
                 break;
             }
             let mut start = problem.expected_nuisances(&fit.xi);
@@ -213,10 +255,7 @@ impl Search<'_> {
             let Ok((again, _)) = schedule::fit(&problem, &start, &self.setup.train, tau) else { continue };
             fit = lower(fit, again);
         }
-        drop(problem);
-        self.keep(role(pass.is_again), hypothesis, &fit);
-        pass.tried[best].fit = Some(fit);
-        Ok(())
+        Ok(fit)
     }
 
     /// Follows a fit that leaves more than noise further, then fits once more with nuisances as expected: they were
@@ -259,7 +298,9 @@ impl Search<'_> {
             if afar {
                 left -= 1;
                 (self.progress)(&format!("fitting {} from afar", tried.hypothesis.label()));
-                if let Some(fit) = self.fit_from_afar((&pass.base, &pass.fit), &tried.hypothesis, typical)? {
+                let task = || self.task("afar", &tried.hypothesis, &[&pass.fit.xi, &[typical]]);
+                let make = || self.fit_from_afar((&pass.base, &pass.fit), &tried.hypothesis, typical);
+                if let Some(fit) = self.one(task, make)? {
                     lowest.take(&fit);
                     tried.fit = Some(tried.fit.take().map_or(fit.clone(), |near| lower(near, fit)));
                 }
@@ -269,7 +310,11 @@ impl Search<'_> {
                 // One start tells whether there is hope beside what explains the measurement.
                 let others = if lowest.is_noise() { Vec::new() } else { self.other_sizes(&tried.hypothesis) };
                 let base = pass.seen.as_ref().unwrap_or(&pass.fit);
-                if let Some(fit) = self.fit_from_sizes(&tried.hypothesis, base, look, &others, *lowest)? {
+                (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
+                let numbers = [lowest.misfit, lowest.cost];
+                let task = || self.task("sizes", &tried.hypothesis, &[&base.xi, &look.start, &others, &numbers]);
+                let make = || self.fit_from_sizes(&tried.hypothesis, base, look, &others, *lowest);
+                if let Some(fit) = self.one(task, make)? {
                     lowest.take(&fit);
                     tried.fit = Some(tried.fit.take().map_or(fit.clone(), |own| lower(own, fit)));
                 }
@@ -305,12 +350,16 @@ impl Search<'_> {
     /// The fit followed for a few steps, or from there to its end.
     fn followed(&self, hypothesis: &Hypothesis, fit: Fit, turn: usize, lowest: &mut Lowest) -> Result<Fit, Fault> {
         (self.progress)(&format!("going on with {}", hypothesis.label()));
-        let (problem, whole) = (hypothesis.problem(self.setup)?, self.whole());
-        let mut effort = patience(&problem).against(lowest.cost);
-        effort.steps = if turn == 0 { TURN } else { effort.steps };
-        // Derivatives that were borrowed at first are its own by then.
-        let known = fit.jacobian.as_ref().filter(|_| turn > 0).map(|jacobian| (&jacobian.matrix, &whole));
-        let next = minimise(&problem, &fit.xi, &whole, effort, known);
+        let against = lowest.cost;
+        let make = || {
+            let (problem, whole) = (hypothesis.problem(self.setup)?, self.whole());
+            let mut effort = patience(&problem).against(against);
+            effort.steps = if turn == 0 { TURN } else { effort.steps };
+            // Derivatives that were borrowed at first are its own by then.
+            let known = fit.jacobian.as_ref().filter(|_| turn > 0).map(|jacobian| (&jacobian.matrix, &whole));
+            Ok(minimise(&problem, &fit.xi, &whole, effort, known).ok())
+        };
+        let next = self.one(|| self.task("follow", hypothesis, &[&fit.xi, &[against, turn as f64]]), make)?;
         let fit = next.map_or(fit.clone(), |next| lower(fit, next));
         lowest.take(&fit);
         Ok(fit)
@@ -340,7 +389,7 @@ impl Search<'_> {
             return Ok(minimise(&hypothesis.problem(self.setup)?, &start, &whole, thrifty, known).ok());
         }
         match self.begin_near(hypothesis, base, look, others)? {
-            Some(begun) => self.finish_near(hypothesis, begun, lowest),
+            Some(begun) => self.finish_near(hypothesis, &begun, lowest),
             None => Ok(None),
         }
     }
@@ -385,7 +434,7 @@ impl Search<'_> {
     }
 
     /// Follows a short fit to its end; not if it is hopelessly far above the lowest one, and only while it catches up with that.
-    fn finish_near(&self, hypothesis: &Hypothesis, begun: Begun, lowest: Lowest) -> Result<Option<Fit>, Fault> {
+    fn finish_near(&self, hypothesis: &Hypothesis, begun: &Begun, lowest: Lowest) -> Result<Option<Fit>, Fault> {
         let problem = hypothesis.problem(self.setup)?;
         let (whole, wide) = (self.whole(), self.wide());
         let hopeless = if lowest.is_noise() { HOPELESS.1 } else { HOPELESS.0 };

@@ -30,8 +30,13 @@ impl Search<'_> {
         let sites = self.candidates.iter().flat_map(|candidate| &candidate.sites);
         let declared = sites.filter(|site| site.door == Door::Component);
         let places: Vec<&str> = declared.map(|site| site.path.as_str()).collect();
-        pass.located =
-            locate(self.setup, self.workshop, &pass.base, (&places, None), (fit, &projection), &self.whole())?;
+        pass.located = locate(
+            (self.setup, self.workshop, self.tasks),
+            &pass.base,
+            (&places, None),
+            (fit, &projection),
+            &self.whole(),
+        )?;
         Ok(())
     }
 
@@ -46,8 +51,8 @@ impl Search<'_> {
         let count = if lowest.misfit * pass.expected > adequate(pass.expected) { FITTED.1 } else { FITTED.0 };
         let chosen = likeliest(&pass.located, count);
         let base = pass.seen.as_ref().unwrap_or(&pass.fit).clone();
+        let mut looks = Vec::new();
         for Located { term, score } in chosen {
-            (self.progress)(&format!("fitting {} in `{}`", term.shape, term.equation));
             let spread = SPREAD * score.amplitude.abs();
             let made =
                 Hypothesis::with_terms(self.setup, self.workshop, pass.base.inserts.clone(), vec![(term, spread)]);
@@ -57,8 +62,18 @@ impl Search<'_> {
             drop(problem);
             let start = start[base.xi.len()..].to_vec();
             let look = Look { score, size: score.amplitude, start, alone: score.alone, typical: None, probed: None };
-            let others = [0.5 * score.amplitude, 1.5 * score.amplitude];
-            let fit = self.fit_from_sizes(&hypothesis, &base, &look, &others, lowest)?;
+            looks.push((hypothesis, look));
+        }
+        let numbers = [lowest.misfit, lowest.cost];
+        let task = |k: usize| self.task("term", &looks[k].0, &[&base.xi, &looks[k].1.start, &numbers]);
+        let make = |k: usize| {
+            let (hypothesis, look) = &looks[k];
+            (self.progress)(&format!("fitting {}", hypothesis.own_label()));
+            let others = [0.5 * look.size, 1.5 * look.size];
+            self.fit_from_sizes(hypothesis, &base, look, &others, lowest)
+        };
+        let fits = self.each(looks.len(), task, make)?;
+        for ((hypothesis, look), fit) in looks.into_iter().zip(fits) {
             pass.terms.push(Tried { fit, ..Tried::new(hypothesis, Some(look)) });
         }
         self.without_terms(pass)
@@ -75,10 +90,14 @@ impl Search<'_> {
             return Ok(());
         };
         (self.progress)("fitting again without a term");
-        let problem = pass.base.problem(self.setup)?;
-        let xi = &start.xi[..problem.unknowns.len()];
-        let Ok(again) = minimise(&problem, xi, &self.whole(), patience(&problem), None) else { return Ok(()) };
-        drop(problem);
+        let make = || {
+            let problem = pass.base.problem(self.setup)?;
+            let xi = &start.xi[..problem.unknowns.len()];
+            Ok(minimise(&problem, xi, &self.whole(), patience(&problem), None).ok())
+        };
+        let Some(again) = self.one(|| self.task("without a term", &pass.base, &[&start.xi]), make)? else {
+            return Ok(());
+        };
         pass.record.note("from where a term ended", &again, pass.expected);
         pass.fit = self.preferred(&pass.base, pass.fit.clone(), again, pass.expected);
         Ok(())

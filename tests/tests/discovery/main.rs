@@ -24,6 +24,7 @@ mod resumed;
 mod rounds;
 mod rubbing;
 mod schema;
+mod shared;
 mod thinned;
 
 use std::fmt::Write as _;

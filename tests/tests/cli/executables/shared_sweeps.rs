@@ -146,13 +146,11 @@ fn what_cannot_be_shared_out_is_refused_and_leaves_nothing() {
     let scratch = folder();
     ill(&scratch.hyd(&["sweep", "cancel"]), 2, "hyd sweep cancel DIR: which folder?");
     ill(&scratch.hyd(&["sweep", "cancel", "nowhere"]), 1, "`nowhere` holds no sweep that was shared out");
-    let search = ["discover", "study.toml", "--bench", "set.json", "--report", "r", "--on", "slurm"];
-    fs::write(scratch.file("study.toml"), "").unwrap();
-    fs::write(scratch.file("set.json"), "{}").unwrap();
-    ill(&scratch.hyd(&search), 2, "--on: it shares out the sets of --calibrate");
+    let search = ["discover", "study.toml", "--bench", "set.json", "--report", "r", "--shards", "3"];
+    ill(&scratch.hyd(&search), 2, "--on <ENGINE>");
 }
 
-/// A queue: `jobs/` has a script for each job and a file for each task that waits or runs.
+/// A queue in a folder.
 struct Queue {
     scratch: Scratch,
 }
@@ -160,44 +158,7 @@ struct Queue {
 impl Queue {
     fn new() -> Self {
         let scratch = folder();
-        let place = scratch.file("queue");
-        fs::create_dir_all(place.join("bin")).unwrap();
-        let place = place.display();
-        let programs = [
-            ("scontrol", "echo 'MaxArraySize            = 101'".to_string()),
-            (
-                "sbatch",
-                format!(
-                    "for a; do case $a in --array=*) array=${{a#--array=}};; --job-name=*) name=${{a#--job-name=}};; esac; done\n\
-                     job=$(ls {place} | wc -l); cat >{place}/script$job; list=\n\
-                     for range in $(echo $array | tr , ' '); do list=\"$list $(seq -s ' ' ${{range%-*}} ${{range#*-}})\"; done\n\
-                     for k in $list; do : >{place}/task.$name.$k; done\n\
-                     (for k in $list; do\n\
-                        [ -e {place}/task.$name.$k ] || continue\n\
-                        export SLURM_ARRAY_TASK_ID=$k\n\
-                        if [ -e {place}/lost.$k ]; then rm {place}/lost.$k\n\
-                        elif [ -e {place}/full.$k ]; then (trap '' XFSZ; ulimit -f 1; /bin/sh {place}/script$job)\n\
-                        else /bin/sh {place}/script$job; fi\n\
-                        rm -f {place}/task.$name.$k\n\
-                      done) >/dev/null 2>&1 </dev/null &\n\
-                     echo \"$job;loopback\""
-                ),
-            ),
-            (
-                "squeue",
-                format!(
-                    "for a; do case $a in --name=*) name=${{a#--name=}};; esac; done\n\
-                     for t in {place}/task.$name.*; do [ -e \"$t\" ] && echo \"${{t##*.}}\"; done; exit 0"
-                ),
-            ),
-            ("scancel", format!("for a; do case $a in --name=*) rm -f {place}/task.${{a#--name=}}.*;; esac; done")),
-        ];
-        for (name, text) in programs {
-            let path = scratch.file("queue/bin").join(name);
-            fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
-            use std::os::unix::fs::PermissionsExt;
-            fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
-        }
+        hyd_tests::queue::make(&scratch.file("queue")).unwrap();
         Self { scratch }
     }
 

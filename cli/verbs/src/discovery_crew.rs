@@ -1,0 +1,226 @@
+//! One search made by several processes, which other machines may run.
+//!
+//! `REPORT/search/HASH`, named by all that decides the search, holds `answers/TASK`, what members have found so far, `taken/TASK`, who is at
+//! what, and `ended` when one of them has got to the end.  Each file appears whole and is never changed, so members take no lock and miss
+//! none that dies.  Who has ended has seen all answers; the command then makes the search once more out of them, and writes the report.
+
+use std::fs::{self, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use hyd_cluster::{Done, Ended, Patience, Seen, carry_out};
+use hyd_compiler::Severity;
+use hyd_discovery::{Crew, Ends, Fault, Forgetful, Search, Tasks};
+use hyd_results::write_whole;
+
+use crate::discover::{SearchOptions, all_candidates, fingerprint, unwritable};
+use crate::discovery_calibration as calibration;
+use crate::discovery_shared::{SharedSearch, patience, submission};
+use crate::study::{Opened, StudyFiles, failure};
+use crate::{Failure, Listener};
+
+/// Folder of what is shared out, in that of the report.
+const FOLDER: &str = "search";
+/// Members of a search if nobody says how many.
+const USUAL: usize = 4;
+/// The parts of the folder, and the file that says that all answers are there.
+const PARTS: [&str; 2] = ["answers", "taken"];
+const ENDED: &str = "ended";
+
+/// The folder where members meet.
+pub(crate) struct CrewFolder {
+    folder: PathBuf,
+    /// Number of this member; none for the command, which waits for nobody.
+    member: Option<usize>,
+    patience: Duration,
+}
+
+impl CrewFolder {
+    /// Makes the folder of a search, if it is not there.
+    fn make(
+        report: &Path,
+        (hash, needed): (u64, f64),
+        member: Option<usize>,
+        patience: Duration,
+    ) -> Result<Self, Failure> {
+        // Another version may search in another way.
+        let identity = format!("{hash:016x} {needed} {}", env!("CARGO_PKG_VERSION"));
+        let folder = report.join(FOLDER).join(&hyd_run::hash(identity.as_bytes())[..16]);
+        for part in PARTS.map(|part| folder.join(part)) {
+            fs::create_dir_all(&part).map_err(|error| unwritable(&part, &error))?;
+        }
+        Ok(Self { folder, member, patience })
+    }
+
+    fn file(&self, part: &str, name: &str) -> PathBuf {
+        self.folder.join(part).join(name)
+    }
+
+    /// Number of answers; those that are being written have other names.
+    fn answers(&self) -> usize {
+        let is_whole = |name: &std::ffi::OsStr| name.to_str().is_some_and(|name| name.len() == 16);
+        let entries = fs::read_dir(self.folder.join("answers")).into_iter().flatten().flatten();
+        entries.filter(|entry| is_whole(&entry.file_name())).count()
+    }
+
+    fn ended(&self) -> PathBuf {
+        self.folder.join(ENDED)
+    }
+
+    /// The search is finished.
+    pub(crate) fn remove(self) {
+        // What stays behind is only taken for the same search again.
+        if let Some(all) = self.folder.parent() {
+            let _ = fs::remove_dir_all(all);
+        }
+    }
+}
+
+impl Crew for CrewFolder {
+    fn number(&self) -> usize {
+        self.member.unwrap_or(0)
+    }
+
+    fn answer(&self, task: &str) -> Option<Vec<u8>> {
+        fs::read(self.file("answers", task)).ok()
+    }
+
+    fn take(&self, task: &str) -> bool {
+        let Some(own) = self.member else { return true };
+        let path = self.file("taken", task);
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            // Who cannot write here makes the task all the same, and says so when the answer cannot be written either.
+            Ok(mut file) => file.write_all(own.to_string().as_bytes()).map_or(true, |()| true),
+            // This member has begun it before, and died.
+            Err(_) => fs::read_to_string(&path).map_or(true, |text| text == own.to_string()),
+        }
+    }
+
+    fn give(&self, task: &str, answer: &[u8]) -> Result<(), Fault> {
+        let path = self.file("answers", task);
+        write_whole(&path, answer)
+            .map_err(|error| Fault::new(format!("`{}` cannot be written: {error}", path.display())))
+    }
+
+    fn patience(&self) -> Duration {
+        self.patience
+    }
+}
+
+/// Makes a search as one of several members; its answers are what counts, and no report is written.
+///
+/// # Errors
+/// As the search; a file that cannot be written.
+pub fn search_along(
+    opened: &Opened,
+    (study, options): (&StudyFiles, &SearchOptions),
+    (member, patience): (usize, f64),
+    listener: &dyn Listener,
+) -> Result<(), Failure> {
+    let setup = &opened.setup;
+    let make = || opened.sources();
+    let workshop = opened.workshop(&make);
+    let base = opened.translated(&workshop, listener)?;
+    let units = opened.units(base.blocks())?;
+    let candidates = all_candidates(opened, &workshop, listener)?;
+    let seed = options.seed;
+    let hash = fingerprint(opened, (&workshop, &units), &candidates, seed)?;
+    let needed = calibration::known(&study.study, hash).map_or(Search::NEEDED, |known| known.needed());
+    let patience = Duration::try_from_secs_f64(patience).unwrap_or(Patience::USUAL.settle);
+    let crew = CrewFolder::make(&options.report, (hash, needed), Some(member), patience)?;
+    let (progress, memory, ends) = (&|_: &str| {}, &Forgetful, Ends::default());
+    let tasks = Tasks::of(&crew);
+    let search = Search { setup, workshop: &workshop, candidates, seed, needed, progress, memory, ends, tasks };
+    let settled = search.settled();
+    if setup.watch.stopped() {
+        return Err(Failure::Solver("interrupted".to_string()));
+    }
+    settled.map_err(failure)?;
+    let path = crew.ended();
+    write_whole(&path, b"").map_err(|error| unwritable(&path, &error))
+}
+
+/// Has other machines make a search together and waits for them; the folder with all their answers.
+///
+/// # Errors
+/// An engine that cannot be reached, members that were given up, an interrupt.
+pub(crate) fn shared_search(
+    files: &StudyFiles,
+    options: &SearchOptions,
+    (shared, hash, needed): (&SharedSearch, u64, f64),
+    listener: &dyn Listener,
+    progress: &dyn Fn(&str),
+    stop: &dyn Fn() -> bool,
+) -> Result<CrewFolder, Failure> {
+    let members = shared.sharing.shards.unwrap_or(USUAL);
+    let patience = patience(shared);
+    let crew = CrewFolder::make(&options.report, (hash, needed), None, patience.settle)?;
+    let identity = format!("{} {members}", crew.folder.display());
+    let last = ["--patience".to_string(), patience.settle.as_secs_f64().to_string(), "--member".to_string()];
+    let by = (files, options, shared);
+    let (mut engine, work) = submission(by, (&options.report.join(FOLDER), &identity), (members, &last))?;
+    let mut done = || {
+        // One that has ended is enough: others may not even have begun, where the engine has no room for them.
+        Ok(Done { parts: crew.answers(), tasks: vec![crew.ended().exists(); members] })
+    };
+    let mut last = usize::MAX;
+    let mut told = |seen: Seen<'_>| match seen {
+        Seen::Parts(parts) if parts != last => {
+            last = parts;
+            progress(&format!("{parts} tasks of the search are done"));
+        }
+        Seen::Parts(_) | Seen::Submitted(..) => {}
+        Seen::Failed(member, reason, again) => {
+            let then = if again { "begins again" } else { "is given up" };
+            listener
+                .sentence(Severity::Warning, &format!("process {member} of the search failed and {then}: {reason}"));
+        }
+        Seen::Outage(sentence) => listener.sentence(Severity::Warning, &format!("{sentence}; it is asked again")),
+    };
+    // What an earlier call has submitted for the same search is known by its name.
+    let ended = carry_out(engine.as_mut(), &work, (patience, true), &mut done, &mut told, stop);
+    match ended.map_err(Failure::Fault)? {
+        Ended::Done => {
+            if let Err(error) = engine.cancel(&work) {
+                let sentence = format!("tasks that are no longer needed could not be cancelled: {error}");
+                listener.sentence(Severity::Warning, &sentence);
+            }
+            Ok(crew)
+        }
+        Ended::GivenUp(given) => {
+            let first = given.first().map(|own| format!("; process {}: {}", own.task, own.reason)).unwrap_or_default();
+            Err(Failure::Fault(format!(
+                "all {members} processes of the search were given up; the same command goes on with what they have found{first}"
+            )))
+        }
+        Ended::Stopped(_) => {
+            Err(Failure::Solver("interrupted; the same command goes on with what was found".to_string()))
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_task_is_taken_by_one_member_and_by_that_one_again() {
+        let report = std::env::temp_dir().join(format!("hyd-crew-{}", std::process::id()));
+        let member = |number: Option<usize>, hash: u64| {
+            CrewFolder::make(&report, (hash, 25.0), number, Duration::from_secs(1)).unwrap()
+        };
+        let (first, second, command) = (member(Some(1), 7), member(Some(2), 7), member(None, 7));
+        let name = "0123456789abcdef";
+        assert!(first.take(name) && !second.take(name) && first.take(name) && command.take(name));
+        assert_eq!((second.answer(name), second.answers()), (None, 0));
+        first.give(name, b"answer").unwrap();
+        assert_eq!((second.answer(name).unwrap(), second.answers()), (b"answer".to_vec(), 1));
+        // Another search has answers of its own.
+        assert!(member(Some(2), 8).answer(name).is_none() && member(Some(2), 8).take(name));
+        command.remove();
+        assert!(!report.join(FOLDER).exists());
+        fs::remove_dir_all(&report).unwrap();
+    }
+}

@@ -1,0 +1,86 @@
+//! A search that several processes make together gives the report of one, whoever dies on the way.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::{OWN_LIBRARY, folder, json, study_with, thinned};
+
+/// The report without what a clock says.
+fn report(folder: &Path) -> Value {
+    let mut report = json(&fs::read_to_string(folder.join("report.json")).expect("written"));
+    assert!(report["seconds"].take().as_f64().is_some_and(|seconds| seconds > 0.0));
+    report
+}
+
+/// Number of answers that members have found so far.
+fn answers(report: &Path) -> usize {
+    let folders = fs::read_dir(report.join("search")).into_iter().flatten().flatten();
+    folders.map(|own| fs::read_dir(own.path().join("answers")).into_iter().flatten().count()).sum()
+}
+
+#[track_caller]
+fn well(output: &Output) {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_search_of_several_processes_is_that_of_one_whoever_dies() {
+    let folder = folder("shared");
+    fs::create_dir_all(folder.join("libraries/Workshop")).expect("made");
+    fs::write(folder.join("libraries/Workshop/package.hyd"), OWN_LIBRARY).expect("written");
+    study_with(&folder, "without = [\"Hyd.Effects\"]", &[]);
+    let set = thinned(&folder, "bench/B03", 4);
+    let queue = folder.join("queue");
+    hyd_tests::queue::make(&queue).expect("made");
+    let command = |rest: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
+        command.args(["discover", "study.toml", "--bench", &set, "--library", "libraries"]).args(rest);
+        let path = std::env::var("PATH").unwrap_or_default();
+        command.env("PATH", format!("{}:{path}", queue.join("bin").display())).env_remove("HYD_LIBRARY");
+        command.current_dir(&folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        command
+    };
+    let captured = |rest: &[&str]| command(rest).stdout(Stdio::piped()).stderr(Stdio::piped()).output().expect("runs");
+    well(&captured(&["--report", "alone"]));
+    let shared = ["--report", "report", "--on", "slurm", "--shards", "3", "--settle", "1"];
+    let mut child = command(&shared).spawn().expect("runs");
+    let begin = Instant::now();
+    while answers(&folder.join("report")) < 3 {
+        assert!(begin.elapsed() < Duration::from_secs(600), "no answer was found");
+        assert!(child.try_wait().expect("asked").is_none(), "it ended before it could be killed");
+        sleep(Duration::from_millis(5));
+    }
+    // The submitting command dies, and two of the three members; what they were at is missing.
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    for member in ["0", "2"] {
+        let group = fs::read_to_string(queue.join(format!("group.{member}"))).expect("begun");
+        let killed = Command::new("kill").args(["-9", &format!("-{}", group.trim())]).status().expect("runs");
+        assert!(killed.success());
+    }
+    assert!(!folder.join("report/report.json").exists());
+    let found = captured(&shared);
+    well(&found);
+    assert_eq!(report(&folder.join("report")), report(&folder.join("alone")));
+    assert!(!folder.join("report/search").exists(), "a finished search needs no answers");
+
+    // Members that always die are given up, in words, and what cannot be had is said before anything is made.
+    fs::write(folder.join("other.toml"), "").expect("written");
+    for member in ["0", "1"] {
+        fs::write(queue.join(format!("full.{member}")), "").expect("written");
+    }
+    let full = captured(&["--report", "full", "--on", "slurm", "--shards", "2", "--settle", "0.5"]);
+    let said = String::from_utf8_lossy(&full.stderr).into_owned();
+    let given = "all 2 processes of the search were given up; the same command goes on with what they have found; process 0: error: `";
+    assert!(full.status.code() == Some(1) && said.contains(given) && said.contains("File too large"), "{said}");
+    let many = captured(&["--report", "many", "--on", "slurm", "--shards", "102"]);
+    let said = String::from_utf8_lossy(&many.stderr).into_owned();
+    assert!(many.status.code() == Some(2) && said.contains("102 tasks are more than 101"), "{said}");
+    let _ = fs::remove_dir_all(&folder);
+}
