@@ -381,7 +381,7 @@ pub struct Sweep {
 /// Work on other machines.
 #[derive(Args, Clone, Debug, Default)]
 pub struct EngineArguments {
-    /// Shares the work out to other machines: hq[=SERVER_DIR] (HyperQueue), slurm, or dask[=ADDRESS]
+    /// Shares the work out to other machines: hq[=SERVER_DIR] (HyperQueue), slurm, or dask[=ADDRESS]; or to processes on this one: here
     #[arg(long, value_name = "ENGINE")]
     pub on: Option<String>,
     /// Seconds that a file may take to become visible on a file system that machines share [default: 30]

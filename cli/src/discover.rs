@@ -18,6 +18,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
     let threads = arguments.study.threads.map(std::num::NonZeroUsize::get);
     let sharing = Sharing::read(engine.on.as_deref(), arguments.shards, (arguments.resume, engine.settle), threads)?;
     let opened = open(&files, &terminal)?;
+    hyd_run::interrupt::listen_for(opened.setup.watch.stop.clone());
     let own = std::env::current_exe();
     let own = own.map_err(|error| Failure::Fault(format!("the place of this program is not known: {error}")))?;
     let shared = sharing.filter(|own| own.place.is_some()).map(|sharing| SharedSearch {

@@ -11,6 +11,7 @@ use crate::{Failure, output};
 pub(crate) fn next(arguments: &Next) -> Result<(), Failure> {
     let (files, terminal) = (arguments.study.files(), Terminal::TEXT);
     let opened = open(&files, &terminal)?;
+    hyd_run::interrupt::listen_for(opened.setup.watch.stop.clone());
     let options = NextOptions {
         vary: arguments.vary.clone(),
         shots: arguments.shots.get(),

@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 
 use crate::Work;
 use crate::dask::Dask;
+use crate::here::Here;
 use crate::hyperqueue::HyperQueue;
 use crate::slurm::Slurm;
 
@@ -48,6 +49,8 @@ pub enum Place {
     Slurm,
     /// Dask; the address of its scheduler, if its settings do not have it.
     Dask(Option<String>),
+    /// This machine.
+    Here,
 }
 
 /// A text that names no engine.
@@ -56,12 +59,12 @@ pub struct PlaceError(String);
 
 impl fmt::Display for PlaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "`{}` is not an engine; expected hq, hq=SERVER_DIR, slurm, dask or dask=ADDRESS", self.0)
+        write!(f, "`{}` is not an engine; expected hq, hq=SERVER_DIR, slurm, dask, dask=ADDRESS or here", self.0)
     }
 }
 
 impl Place {
-    /// Reads `hq`, `hq=SERVER_DIR`, `slurm`, `dask` or `dask=ADDRESS`.
+    /// Reads `hq`, `hq=SERVER_DIR`, `slurm`, `dask`, `dask=ADDRESS` or `here`.
     ///
     /// # Errors
     /// Any other text.
@@ -72,6 +75,7 @@ impl Place {
             ("hq", at) => Ok(Place::HyperQueue(at.map(PathBuf::from))),
             ("slurm", None) => Ok(Place::Slurm),
             ("dask", at) => Ok(Place::Dask(at.map(str::to_string))),
+            ("here", None) => Ok(Place::Here),
             _ => Err(PlaceError(text.to_string())),
         }
     }
@@ -85,6 +89,7 @@ impl Place {
             Place::HyperQueue(folder) => Box::new(HyperQueue::new(folder.clone())),
             Place::Slurm => Box::new(Slurm),
             Place::Dask(address) => Box::new(Dask::connect(python, address.as_deref())?),
+            Place::Here => Box::<Here>::default(),
         })
     }
 }
@@ -97,6 +102,7 @@ impl fmt::Display for Place {
             Place::Slurm => write!(f, "slurm"),
             Place::Dask(None) => write!(f, "dask"),
             Place::Dask(Some(address)) => write!(f, "dask={address}"),
+            Place::Here => write!(f, "here"),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Tasks that many machines work off, started by an engine that exists: HyperQueue, Slurm or Dask.
+//! Tasks that many machines work off, started by an engine that exists: HyperQueue, Slurm or Dask; or, without one, by this machine.
 //!
 //! A [`Work`] is a program that is called once for each number; an [`Engine`] hands the numbers out and says which of them it still has to
 //! do.  Whether a task is done is asked of the files that it should leave, never of the engine: [`carry_out`] submits what is missing, waits,
@@ -7,6 +7,7 @@
 
 mod dask;
 mod engine;
+mod here;
 mod hyperqueue;
 mod numbers;
 mod slurm;

@@ -157,10 +157,11 @@ impl Hypothesis {
         if parts.is_empty() { "the base model".to_string() } else { parts.join(" + ") }
     }
 
-    /// What tells it from all others of one search.
+    /// What tells it from all others of one search, the same wherever the search is made from.
     pub fn key(&self) -> String {
         let mut parts: Vec<String> = self.inserts.iter().map(Candidate::key).collect();
-        let term = |term: &Term| format!("{} in {} ({}:{})", term.shape, term.component, term.file, term.line);
+        let file = |term: &Term| term.file.rsplit(['/', '\\']).next().unwrap_or_default().to_string();
+        let term = |term: &Term| format!("{} in {} ({}:{})", term.shape, term.component, file(term), term.line);
         parts.extend(self.terms.iter().map(|(own, _)| term(own)));
         parts.join(" + ")
     }

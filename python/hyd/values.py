@@ -82,7 +82,7 @@ def engine(on: Any) -> Optional[str]:
         return on
     address = getattr(getattr(on, "scheduler", None), "address", None)
     if not isinstance(address, str):
-        raise UsageError(f"on: {on!r} is neither a client of Dask nor one of hq, slurm, dask=ADDRESS")
+        raise UsageError(f"on: {on!r} is neither a client of Dask nor one of hq, slurm, dask=ADDRESS, here")
     if address.startswith("inproc:"):
         raise UsageError("on: the scheduler of this client lives in this process, and nobody else can reach it; LocalCluster(processes=True) makes one that others can")
     return f"dask={address}"

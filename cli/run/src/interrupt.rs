@@ -2,6 +2,7 @@
 //!
 //! The first Ctrl-C asks for an orderly end, the second ends the process at once.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
@@ -11,10 +12,16 @@ const KILLED: i32 = 130;
 
 /// From now on Ctrl-C sets the flag.  Where no handler can be installed, Ctrl-C ends the process as usual.
 pub fn listen() {
-    let _ = ctrlc::set_handler(|| {
+    listen_for(Arc::default());
+}
+
+/// The same for work that looks at a flag of its own.
+pub fn listen_for(flag: Arc<AtomicBool>) {
+    let _ = ctrlc::set_handler(move || {
         if REQUESTED.swap(true, Ordering::Relaxed) {
             std::process::exit(KILLED);
         }
+        flag.store(true, Ordering::Relaxed);
     });
 }
 

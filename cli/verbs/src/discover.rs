@@ -225,7 +225,7 @@ pub(crate) fn all_candidates(
     Candidate::all(setup, workshop, &classes, &mut warn).map_err(failure)
 }
 
-/// A number that changes with whatever decides a search.
+/// A number that changes with whatever decides a search, and not with the folder in which it is called.
 pub(crate) fn fingerprint(
     opened: &Opened,
     (workshop, units): (&Workshop<'_>, &[(String, Vec<u8>)]),
@@ -234,7 +234,13 @@ pub(crate) fn fingerprint(
 ) -> Result<u64, Failure> {
     let setup = &opened.setup;
     let settings = format!("{seed} {:?} {:?}", setup.study.of_search(), setup.bench);
-    let effects: Vec<String> = candidates.iter().map(|own| format!("{:?}", own.effect)).collect();
+    let effect = |own: &Candidate| {
+        let mut effect = (*own.effect).clone();
+        // Shown as seen from where the command is called.
+        effect.file = "".into();
+        format!("{effect:?}")
+    };
+    let effects: Vec<String> = candidates.iter().map(effect).collect();
     let numbers = setup.data.shots.iter().flat_map(|shot| shot.traces.iter().flatten().flat_map(|trace| &trace.values));
     let numbers: Vec<u8> = numbers.flat_map(|value| value.to_le_bytes()).collect();
     let files = workshop.files(&[]).map_err(failure)?;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use hyd_cluster::{Done, Ended, Patience, Seen, carry_out};
-use hyd_compiler::Severity;
+use hyd_compiler::{Diagnostic, Files, Severity};
 use hyd_discovery::{Crew, Ends, Fault, Forgetful, Search, Tasks};
 use hyd_results::write_whole;
 
@@ -108,6 +108,23 @@ impl Crew for CrewFolder {
     }
 }
 
+/// Passes errors on; the command has told the warnings.
+struct Errors<'a>(&'a dyn Listener);
+
+impl Listener for Errors<'_> {
+    fn sentence(&self, severity: Severity, text: &str) {
+        if severity == Severity::Error {
+            self.0.sentence(severity, text);
+        }
+    }
+
+    fn diagnostics(&self, files: &Files, diagnostics: &[Diagnostic]) {
+        if diagnostics.iter().any(|own| own.severity == Severity::Error) {
+            self.0.diagnostics(files, diagnostics);
+        }
+    }
+}
+
 /// Makes a search as one of several members; its answers are what counts, and no report is written.
 ///
 /// # Errors
@@ -118,6 +135,7 @@ pub fn search_along(
     (member, patience): (usize, f64),
     listener: &dyn Listener,
 ) -> Result<(), Failure> {
+    let listener = &Errors(listener);
     let setup = &opened.setup;
     let make = || opened.sources();
     let workshop = opened.workshop(&make);

@@ -206,9 +206,9 @@ pub fn cancel(root: &Path) -> Result<String, Failure> {
     let last = submission.last_engine();
     let place = last.as_deref().and_then(|text| Place::parse(text).ok());
     let place = place.ok_or_else(|| Failure::Fault("nothing has been submitted".to_string()))?;
-    if matches!(place, Place::Dask(_)) {
-        let sentence = "tasks of Dask belong to the command that has submitted them; interrupt that one";
-        return Err(Failure::Fault(sentence.to_string()));
+    if matches!(place, Place::Dask(_) | Place::Here) {
+        let sentence = format!("tasks of `{place}` belong to the command that has submitted them; interrupt that one");
+        return Err(Failure::Fault(sentence));
     }
     let mut engine = place.engine(&python(None)).map_err(Failure::Fault)?;
     engine.cancel(&work(&submission)).map_err(Failure::Fault)?;

@@ -120,7 +120,11 @@ fn inputs_and_whole_loops_are_shipped() {
 #[test]
 fn what_cannot_be_shared_out_is_refused_and_leaves_nothing() {
     let cases: [(&[&str], i32, &str); 9] = [
-        (&["--on", "pbs"], 2, "--on: `pbs` is not an engine; expected hq, hq=SERVER_DIR, slurm, dask or dask=ADDRESS"),
+        (
+            &["--on", "pbs"],
+            2,
+            "--on: `pbs` is not an engine; expected hq, hq=SERVER_DIR, slurm, dask, dask=ADDRESS or here",
+        ),
         (&["--on", "slurm", "--shards", "10001"], 2, "--shards: 10001 is not a number from 1 to 10000"),
         (&["--on", "slurm", "--settle", "-1"], 2, "--settle"),
         (&["--resume"], 2, "--on"),
@@ -246,4 +250,15 @@ fn a_damaged_part_is_set_aside_and_a_shard_that_always_fails_is_given_up() {
     assert!(read(&queue.scratch, "whole/members.parquet") == read(&queue.scratch, "s/members.parquet"));
     let hidden = fs::read_dir(queue.file("s/parts")).unwrap().flatten();
     assert!(hidden.into_iter().all(|entry| !entry.file_name().to_string_lossy().starts_with('.')));
+}
+
+#[test]
+fn processes_on_this_machine_need_no_engine() {
+    let scratch = folder();
+    let alone = scratch.hyd(&["sweep", "plan.toml", "--result", "whole"]);
+    let here = scratch.hyd(&["sweep", "plan.toml", "--on", "here", "--shards", "4", "--result", "s"]);
+    assert_eq!(well(&here), printed(&alone).replace("whole/", "s/"));
+    assert_eq!(messages(&here), messages(&alone));
+    assert!(read(&scratch, "whole/members.parquet") == read(&scratch, "s/members.parquet"));
+    ill(&scratch.hyd(&["sweep", "cancel", "s"]), 1, "tasks of `here` belong to the command that has submitted them");
 }
