@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use hyd_compiler::inquiry::annotated_classes;
 use hyd_compiler::{Code, Severity};
-use hyd_discovery::{Calibration, Candidate, Folder, Report, Search, Setup, Tasks, Workshop};
+use hyd_discovery::{Calibration, Candidate, Folder, Forgetful, Memory, Report, Search, Setup, Tasks, Workshop};
 use hyd_results::{refuse_read, write_whole};
 
 use crate::discovered_files::ReportFolder;
@@ -87,12 +87,12 @@ pub fn discover(
     let read = workshop.data_files(&[]).map_err(failure)?;
     folder.check(&read, setup.bench.shots.iter().map(|shot| shot.number))?;
     let needed = threshold((study, options), (setup, &workshop, &candidates), (hash, listener), &progress)?;
-    let memory = FitsFile::open(&options.report, hash, options.resume, &setup.watch);
-    let memory = memory.map_err(|error| {
+    let fits = FitsFile::open(&options.report, hash, options.resume, &setup.watch);
+    let fits = fits.map_err(|error| {
         Failure::Fault(format!("the folder `{}` cannot be written: {error}", options.report.display()))
     })?;
-    if options.resume {
-        progress(&format!("{} fits are taken over", memory.taken_over()));
+    if options.resume && options.shared.is_none() {
+        progress(&format!("{} fits are taken over", fits.taken_over()));
     }
     let crew = match &options.shared {
         Some(shared) => {
@@ -104,17 +104,10 @@ pub fn discover(
     let seed = options.seed;
     let ends = hyd_discovery::Ends::default();
     let tasks = crew.as_ref().map_or(Tasks::ALONE, |crew| Tasks::of(crew));
-    let search = Search {
-        setup,
-        workshop: &workshop,
-        candidates,
-        seed,
-        needed,
-        progress: &progress,
-        memory: &memory,
-        ends,
-        tasks,
-    };
+    // Where others search, their answers are all that is taken over.
+    let memory: &dyn Memory = if crew.is_some() { &Forgetful } else { &fits };
+    let search =
+        Search { setup, workshop: &workshop, candidates, seed, needed, progress: &progress, memory, ends, tasks };
     let settled = search.settled();
     if setup.watch.stopped() {
         return Err(Failure::Solver(INTERRUPTED.to_string()));
@@ -135,7 +128,7 @@ pub fn discover(
     folder.write(&mut report, &units, listener)?;
     let json = format!("{:#}\n", report.json);
     write(&options.report, setup, &report, &json)?;
-    memory.remove();
+    fits.remove();
     if let Some(crew) = crew {
         crew.remove();
     }

@@ -16,7 +16,7 @@ use hyd_results::write_whole;
 
 use crate::discover::{SearchOptions, all_candidates, fingerprint, unwritable};
 use crate::discovery_calibration as calibration;
-use crate::discovery_shared::{SharedSearch, patience, submission};
+use crate::discovery_shared::{LOGS, PROGRAM, SharedSearch, patience, submission};
 use crate::study::{Opened, StudyFiles, failure};
 use crate::{Failure, Listener};
 
@@ -70,9 +70,12 @@ impl CrewFolder {
 
     /// The search is finished.
     pub(crate) fn remove(self) {
-        // What stays behind is only taken for the same search again.
+        // What stays behind is only taken for the same search again; what others have put beside it stays.
+        let _ = fs::remove_dir_all(&self.folder);
         if let Some(all) = self.folder.parent() {
-            let _ = fs::remove_dir_all(all);
+            let _ = fs::remove_dir_all(all.join(LOGS));
+            let _ = fs::remove_file(all.join(PROGRAM));
+            let _ = fs::remove_dir(all);
         }
     }
 }
@@ -238,6 +241,8 @@ mod tests {
         // Another search has answers of its own.
         assert!(member(Some(2), 8).answer(name).is_none() && member(Some(2), 8).take(name));
         command.remove();
+        assert!(report.join(FOLDER).exists(), "the other search is not over");
+        member(None, 8).remove();
         assert!(!report.join(FOLDER).exists());
         fs::remove_dir_all(&report).unwrap();
     }

@@ -14,6 +14,10 @@ use crate::discover::{SearchOptions, unwritable};
 use crate::share_out::{Sharing, engine};
 use crate::study::StudyFiles;
 
+/// In the folder of a work: what tasks say, and the program that they call.
+pub(crate) const LOGS: &str = "logs";
+pub(crate) const PROGRAM: &str = "hyd";
+
 /// How a search is shared out.
 #[derive(Clone, Debug)]
 pub struct SharedSearch {
@@ -38,12 +42,12 @@ pub(crate) fn submission(
     (tasks, last): (usize, &[String]),
 ) -> Result<(Box<dyn Engine>, Work), Failure> {
     let engine = engine(&shared.sharing, tasks)?;
-    let logs = folder.join("logs");
+    let logs = folder.join(LOGS);
     fs::create_dir_all(&logs).map_err(|error| unwritable(&logs, &error))?;
     let folder = folder.canonicalize().map_err(|error| unwritable(folder, &error))?;
     let program = match shared.copied {
         false => shared.program.clone(),
-        true => copied(&shared.program, &folder.join("hyd"))?,
+        true => copied(&shared.program, &folder.join(PROGRAM))?,
     };
     let name = format!("{} {identity}", folder.display());
     let work = Work {
@@ -51,7 +55,7 @@ pub(crate) fn submission(
         program,
         arguments: arguments(files, options, shared)?.into_iter().chain(last.iter().cloned()).collect(),
         processors: shared.sharing.threads,
-        logs: folder.join("logs"),
+        logs: folder.join(LOGS),
         folder,
     };
     Ok((engine, work))

@@ -210,7 +210,7 @@ function candidates() {
     ["drop of the cost", (r) => (r.fitted ? fixed(r.cost_drop, 1) : ""), true], ["size / error", (r) => (r.fitted ? fixed(r.size_in_errors, 1) : ""), true],
     ["misfit", (r) => fixed(r.misfit, 3), true], ["why not", (r) => safe(r.verdict)]];
   if (several) columns.unshift(["pass", (r) => r.pass, true]);
-  section("Candidates", table(R.candidates, columns, (r) => r.fitted && !r.verdict), {
+  section("Candidates", table(R.candidates, columns, (r) => r.fitted && !r.verdict), { wide: true,
     note: "Promise: drop of the cost that the signature explains without a fit (screening). Drop of the cost: by a fit of all unknowns. A name needs a drop of " + fixed(R.needed, 0) + ", " +
       "a size of four standard errors and a lead of 10." });
 }
