@@ -526,7 +526,7 @@ pub struct Discover {
     /// Folder of the report; made if it is not there
     #[arg(long, value_name = "DIR")]
     pub report: PathBuf,
-    /// Go on where an earlier call for the same report was ended
+    /// Go on where an earlier call for the same report was ended; with --on a search always does
     #[arg(long)]
     pub resume: bool,
     /// First search so many sets simulated with the fitted model; a name then needs a larger drop of the cost than 95 of 100 of them show by chance
@@ -540,6 +540,9 @@ pub struct Discover {
     /// Searches along with other processes that meet in DIR/search: what a task of --on does
     #[arg(long, value_name = "K", conflicts_with_all = ["on", "calibrate", "resume"], hide = true)]
     pub member: Option<usize>,
+    /// The word by which the command that has submitted it calls its search
+    #[arg(long, value_name = "WORD", requires = "member", default_value = "", hide = true)]
+    pub search: String,
     /// Seconds for which that process waits for what another one has begun
     #[arg(long, value_name = "S", requires = "member", default_value_t = 30.0, hide = true)]
     pub patience: f64,

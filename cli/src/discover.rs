@@ -38,7 +38,7 @@ pub(crate) fn discover(arguments: &Discover) -> Result<(), Failure> {
         return keep_trial(&opened, &options, trial, &terminal);
     }
     if let Some(member) = arguments.member {
-        return search_along(&opened, (&files, &options), (member, arguments.patience), &terminal);
+        return search_along(&opened, &options, (member, &arguments.search, arguments.patience), &terminal);
     }
     let found = search(&files, &opened, &options, &terminal)?;
     output::print(if arguments.json { &found.json } else { &found.text })

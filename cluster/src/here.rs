@@ -1,6 +1,7 @@
 //! This machine: as many tasks at a time as it has processors for, the others wait.
 //!
-//! Tasks are processes that a thread each waits for.  They end with the submitting process, unless that is killed; then they go on to their ends.
+//! Tasks are processes, each awaited by a thread of its own.  They end with the submitting process, unless that is killed or interrupted twice; then they
+//! go on to their ends.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs::File;

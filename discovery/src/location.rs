@@ -70,10 +70,11 @@ pub(crate) fn locate(
     let look_at = |all: &[Term], fitted: (&Fit, &Projection<'_>), weighing: &Weighing| {
         let parts: Vec<&[Term]> = all.chunks(TOGETHER).collect();
         let task = |k: usize| {
-            let shapes: Vec<&str> = parts[k].iter().map(|term| term.shape.as_str()).collect();
+            let place = |term: &Term| format!("{} {} {} {}", term.component, term.line, term.equation, term.shape);
+            let terms: Vec<String> = parts[k].iter().map(place).collect();
             let shots: Vec<f64> = weighing.shots.iter().map(|&shot| shot as f64).collect();
-            let words = format!("terms of {}: {}", hypothesis.key(), shapes.join("; "));
-            Task::new(words).from(&fitted.0.xi).from(&shots).from(&[fitted.0.cost])
+            let words = format!("terms of {}: {}", hypothesis.key(), terms.join("; "));
+            Task::new(words).from(&shots).with(fitted.0)
         };
         let make = |k: usize| Ok(look_or_halve((setup, workshop), hypothesis, &inserts, parts[k], fitted, weighing));
         let scores: Vec<Vec<Option<Score>>> = tasks.each(parts.len(), &setup.watch, &task, &mut { make })?;

@@ -12,7 +12,7 @@ use hyd_results::{refuse_read, write_whole};
 
 use crate::discovered_files::ReportFolder;
 use crate::discovery_calibration as calibration;
-use crate::discovery_crew::shared_search;
+use crate::discovery_crew::{CrewFolder, shared_search};
 use crate::discovery_memory::{FitsFile, MEMORY, hash};
 use crate::discovery_page::page;
 use crate::discovery_picture::gap_picture;
@@ -114,6 +114,13 @@ pub fn discover(
     }
     let (findings, other) = settled.map_err(failure)?;
     let setup = other.as_ref().unwrap_or(setup);
+    if let Some(made) = crew.as_ref().map(CrewFolder::made).filter(|&made| made > 0) {
+        let sentence = format!(
+            "{made} tasks of the search were made here, although others had got to the end: nodes of another kind have other last digits, or answers could \
+             not be read; the report is that of this machine"
+        );
+        listener.sentence(Severity::Warning, &sentence);
+    }
     progress("writing the report");
     let built_in = |name: &str| name.starts_with("<built-in>/");
     let seconds = begin.elapsed().as_secs_f64();

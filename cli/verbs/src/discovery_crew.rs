@@ -1,13 +1,14 @@
 //! One search made by several processes, which other machines may run.
 //!
 //! `REPORT/search/HASH`, named by all that decides the search, holds `answers/TASK`, what members have found so far, `taken/TASK`, who is at
-//! what, and `ended` when one of them has got to the end.  Each file appears whole and is never changed, so members take no lock and miss
-//! none that dies.  Who has ended has seen all answers; the command then makes the search once more out of them, and writes the report.
+//! what, and `ended` when one of them has got to the end.  Answers appear whole, and whoever writes one twice writes the same, so members take no
+//! lock and miss none that dies.  Who has ended has seen all answers; the command then makes the search once more out of them, and writes the report.
 
+use std::cell::Cell;
 use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hyd_cluster::{Done, Ended, Patience, Seen, carry_out};
 use hyd_compiler::{Diagnostic, Files, Severity};
@@ -15,7 +16,6 @@ use hyd_discovery::{Crew, Ends, Fault, Forgetful, Search, Tasks};
 use hyd_results::write_whole;
 
 use crate::discover::{SearchOptions, all_candidates, fingerprint, unwritable};
-use crate::discovery_calibration as calibration;
 use crate::discovery_shared::{LOGS, PROGRAM, SharedSearch, patience, submission};
 use crate::study::{Opened, StudyFiles, failure};
 use crate::{Failure, Listener};
@@ -28,29 +28,59 @@ const USUAL: usize = 4;
 const PARTS: [&str; 2] = ["answers", "taken"];
 const ENDED: &str = "ended";
 
+/// Time after which the command looks for an answer again.
+const BEAT: Duration = Duration::from_millis(200);
+
+/// Which search it is, as the command knows it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Identity {
+    /// Of all that decides the search but the next.
+    hash: u64,
+    /// Drop of the cost that a name needs.
+    needed: f64,
+    /// Of the program, because another one may search in another way.
+    program: u64,
+}
+
+impl Identity {
+    /// One word of a command line.
+    fn word(&self) -> String {
+        format!("{:016x}-{:016x}-{:016x}", self.hash, self.needed.to_bits(), self.program)
+    }
+
+    fn read(word: &str) -> Option<Self> {
+        let parts: Option<Vec<u64>> = word.split('-').map(|own| u64::from_str_radix(own, 16).ok()).collect();
+        let [hash, needed, program] = parts?[..] else { return None };
+        Some(Self { hash, needed: f64::from_bits(needed), program })
+    }
+}
+
 /// The folder where members meet.
 pub(crate) struct CrewFolder {
     folder: PathBuf,
-    /// Number of this member; none for the command, which waits for nobody.
+    /// Number of this member; none for the command.
     member: Option<usize>,
     patience: Duration,
+    /// Time for which the command has waited for answers.
+    waited: Cell<Duration>,
+    /// Tasks that the command has made itself.
+    made: Cell<usize>,
 }
 
 impl CrewFolder {
+    /// Tasks that the command has made itself, although members have got to the end.
+    pub(crate) fn made(&self) -> usize {
+        self.made.get()
+    }
+
     /// Makes the folder of a search, if it is not there.
-    fn make(
-        report: &Path,
-        (hash, needed): (u64, f64),
-        member: Option<usize>,
-        patience: Duration,
-    ) -> Result<Self, Failure> {
-        // Another version may search in another way.
-        let identity = format!("{hash:016x} {needed} {}", env!("CARGO_PKG_VERSION"));
-        let folder = report.join(FOLDER).join(&hyd_run::hash(identity.as_bytes())[..16]);
+    fn make(report: &Path, identity: Identity, member: Option<usize>, patience: Duration) -> Result<Self, Failure> {
+        let name = format!("{} {}", identity.word(), env!("CARGO_PKG_VERSION"));
+        let folder = report.join(FOLDER).join(&hyd_run::hash(name.as_bytes())[..16]);
         for part in PARTS.map(|part| folder.join(part)) {
             fs::create_dir_all(&part).map_err(|error| unwritable(&part, &error))?;
         }
-        Ok(Self { folder, member, patience })
+        Ok(Self { folder, member, patience, waited: Cell::default(), made: Cell::default() })
     }
 
     fn file(&self, part: &str, name: &str) -> PathBuf {
@@ -86,11 +116,27 @@ impl Crew for CrewFolder {
     }
 
     fn answer(&self, task: &str) -> Option<Vec<u8>> {
-        fs::read(self.file("answers", task)).ok()
+        let path = self.file("answers", task);
+        let begin = Instant::now();
+        loop {
+            // All answers are there when the command asks, but a file system that machines share may show them late.
+            let is_over = self.member.is_some() || self.waited.get() + begin.elapsed() >= self.patience;
+            match fs::read(&path) {
+                Ok(bytes) => return Some(bytes),
+                Err(_) if is_over => {
+                    self.waited.set(self.waited.get() + begin.elapsed());
+                    return None;
+                }
+                Err(_) => std::thread::sleep(BEAT),
+            }
+        }
     }
 
     fn take(&self, task: &str) -> bool {
-        let Some(own) = self.member else { return true };
+        let Some(own) = self.member else {
+            self.made.set(self.made.get() + 1);
+            return true;
+        };
         let path = self.file("taken", task);
         match OpenOptions::new().write(true).create_new(true).open(&path) {
             // Who cannot write here makes the task all the same, and says so when the answer cannot be written either.
@@ -101,6 +147,10 @@ impl Crew for CrewFolder {
     }
 
     fn give(&self, task: &str, answer: &[u8]) -> Result<(), Fault> {
+        // Nobody reads what the command makes.
+        if self.member.is_none() {
+            return Ok(());
+        }
         let path = self.file("answers", task);
         write_whole(&path, answer)
             .map_err(|error| Fault::new(format!("`{}` cannot be written: {error}", path.display())))
@@ -128,14 +178,15 @@ impl Listener for Errors<'_> {
     }
 }
 
-/// Makes a search as one of several members; its answers are what counts, and no report is written.
+/// Makes a search as one of several members; its answers are what counts, and no report is written.  `search` is the word by which the
+/// command calls it.
 ///
 /// # Errors
-/// As the search; a file that cannot be written.
+/// As the search; another search than that of the command; a file that cannot be written.
 pub fn search_along(
     opened: &Opened,
-    (study, options): (&StudyFiles, &SearchOptions),
-    (member, patience): (usize, f64),
+    options: &SearchOptions,
+    (member, search, patience): (usize, &str, f64),
     listener: &dyn Listener,
 ) -> Result<(), Failure> {
     let listener = &Errors(listener);
@@ -147,9 +198,14 @@ pub fn search_along(
     let candidates = all_candidates(opened, &workshop, listener)?;
     let seed = options.seed;
     let hash = fingerprint(opened, (&workshop, &units), &candidates, seed)?;
-    let needed = calibration::known(&study.study, hash).map_or(Search::NEEDED, |known| known.needed());
+    let identity = Identity::read(search).filter(|own| own.hash == hash).ok_or_else(|| {
+        let words =
+            "this process sees another study, set, table, model or library than the command that has submitted it";
+        Failure::Fault(format!("{words}; a file was changed, or is not the same on all machines"))
+    })?;
+    let needed = identity.needed;
     let patience = Duration::try_from_secs_f64(patience).unwrap_or(Patience::USUAL.settle);
-    let crew = CrewFolder::make(&options.report, (hash, needed), Some(member), patience)?;
+    let crew = CrewFolder::make(&options.report, identity, Some(member), patience)?;
     let (progress, memory, ends) = (&|_: &str| {}, &Forgetful, Ends::default());
     let tasks = Tasks::of(&crew);
     let search = Search { setup, workshop: &workshop, candidates, seed, needed, progress, memory, ends, tasks };
@@ -176,11 +232,15 @@ pub(crate) fn shared_search(
 ) -> Result<CrewFolder, Failure> {
     let members = shared.sharing.shards.unwrap_or(USUAL);
     let patience = patience(shared);
-    let crew = CrewFolder::make(&options.report, (hash, needed), None, patience.settle)?;
-    let identity = format!("{} {members}", crew.folder.display());
-    let last = ["--patience".to_string(), patience.settle.as_secs_f64().to_string(), "--member".to_string()];
-    let by = (files, options, shared);
-    let (mut engine, work) = submission(by, (&options.report.join(FOLDER), &identity), (members, &last))?;
+    let program = fs::read(&shared.program).map_err(|error| {
+        Failure::Fault(format!("the program `{}` cannot be read: {error}", shared.program.display()))
+    })?;
+    let identity = Identity { hash, needed, program: crate::hash([program.as_slice()]) };
+    let crew = CrewFolder::make(&options.report, identity, None, patience.settle)?;
+    let seconds = patience.settle.as_secs_f64().to_string();
+    let last = ["--search".to_string(), identity.word(), "--patience".to_string(), seconds, "--member".to_string()];
+    let (by, name) = ((files, options, shared), crew.folder.display().to_string());
+    let (mut engine, work) = submission(by, (&options.report.join(FOLDER), &name), (members, &last))?;
     let mut done = || {
         // One that has ended is enough: others may not even have begun, where the engine has no room for them.
         Ok(Done { parts: crew.answers(), tasks: vec![crew.ended().exists(); members] })
@@ -230,7 +290,9 @@ mod tests {
     fn a_task_is_taken_by_one_member_and_by_that_one_again() {
         let report = std::env::temp_dir().join(format!("hyd-crew-{}", std::process::id()));
         let member = |number: Option<usize>, hash: u64| {
-            CrewFolder::make(&report, (hash, 25.0), number, Duration::from_secs(1)).unwrap()
+            let identity = Identity { hash, needed: 25.0, program: 3 };
+            assert_eq!(Identity::read(&identity.word()), Some(identity));
+            CrewFolder::make(&report, identity, number, Duration::from_millis(300)).unwrap()
         };
         let (first, second, command) = (member(Some(1), 7), member(Some(2), 7), member(None, 7));
         let name = "0123456789abcdef";
@@ -238,6 +300,10 @@ mod tests {
         assert_eq!((second.answer(name), second.answers()), (None, 0));
         first.give(name, b"answer").unwrap();
         assert_eq!((second.answer(name).unwrap(), second.answers()), (b"answer".to_vec(), 1));
+        let begin = Instant::now();
+        assert!(command.answer("missing").is_none() && begin.elapsed() >= Duration::from_millis(300));
+        assert!(command.answer("missing").is_none() && begin.elapsed() < Duration::from_millis(600), "it waits once");
+        assert_eq!(command.made(), 1);
         // Another search has answers of its own.
         assert!(member(Some(2), 8).answer(name).is_none() && member(Some(2), 8).take(name));
         command.remove();

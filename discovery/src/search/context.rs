@@ -51,8 +51,11 @@ impl Search<'_> {
 
     /// The task of doing something with a model from these numbers.
     pub(super) fn task(&self, role: &str, hypothesis: &Hypothesis, from: &[&[f64]]) -> Task {
-        // A law has a text of its own, and terms have spreads.
-        let words = format!("{}{}", self.workshop.preamble, self.key(role, hypothesis));
+        // Terms have spreads, and laws of one place differ by what is expected of their numbers.
+        let mut words = format!("{}{}", self.workshop.preamble, self.key(role, hypothesis));
+        for law in hypothesis.inserts.iter().filter(|own| own.effect.is_law) {
+            words += &format!(" {:?}", law.effect.parameters);
+        }
         let spreads: Vec<f64> = hypothesis.terms.iter().map(|own| own.1).collect();
         from.iter().fold(Task::new(words).from(&spreads), |task, numbers| task.from(numbers))
     }

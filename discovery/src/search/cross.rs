@@ -52,7 +52,11 @@ impl Search<'_> {
             Some((k, [&start?[..], &old.xi[count..]].concat()))
         };
         let again: Vec<(usize, Vec<f64>)> = again.into_iter().filter_map(from).collect();
-        let task = |k: usize| self.task("cross", &pass.tried[again[k].0].hypothesis, &[&again[k].1]);
+        let task = |k: usize| {
+            let Tried { hypothesis, fit, .. } = &pass.tried[again[k].0];
+            let task = self.task("cross", hypothesis, &[&again[k].1]);
+            fit.iter().fold(task, |task, fit| task.with(fit))
+        };
         let make = |k: usize| {
             let Tried { hypothesis, fit, .. } = &pass.tried[again[k].0];
             let problem = hypothesis.problem(self.setup)?;
@@ -87,7 +91,7 @@ impl Search<'_> {
         // Its rivals first, then what promised most.
         open.sort_by_key(|&k| !pass.tried[k].hypothesis.inserts.last().is_some_and(|own| are_rivals(own, &leader)));
         open.truncate(MOST_GIVEN_UP);
-        let task = |k: usize| self.task("given up", &pass.tried[open[k]].hypothesis, &[&fit.xi]);
+        let task = |k: usize| self.task("given up", &pass.tried[open[k]].hypothesis, &[]).with(&fit);
         let make = |k: usize| {
             let hypothesis = &pass.tried[open[k]].hypothesis;
             (self.progress)(&format!("fitting {} from the best candidate's parameters", hypothesis.label()));
@@ -133,7 +137,7 @@ impl Search<'_> {
         let mut tries: Vec<(&str, Fit)> = Vec::new();
         let known = pass.fit.jacobian.as_ref().map(|jacobian| (&jacobian.matrix, &whole));
         let against = Effort::FULL.against(fit.cost);
-        let task = |role: &str, start: &[f64]| self.task(role, &pass.base, &[start, &[fit.cost]]);
+        let task = |role: &str, start: &[f64]| self.task(role, &pass.base, &[start, &[fit.cost]]).with(&pass.fit);
         let make = || Ok(minimise(&problem, &fit.xi[..count], &whole, against, known).ok());
         let plain = self.one(|| task("without", &fit.xi[..count]), make)?;
         tries.extend(plain.map(|again| ("from the best candidate's parameters", again)));

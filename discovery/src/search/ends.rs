@@ -41,6 +41,7 @@ impl Search<'_> {
             known.map_or(0.0, |(_, xi)| unknown.within(*xi))
         });
         let start: Vec<f64> = start.collect();
+        (self.progress)(&format!("fitting {}", hypothesis.label()));
         let make = || Ok(minimise(&problem, &start, &self.whole(), patience(&problem), None).ok());
         self.one(|| self.task("resumed", hypothesis, &[&start]), make)
     }

@@ -53,7 +53,7 @@ impl Search<'_> {
             inserts.push(candidate.clone());
             hypotheses.push((candidate, Hypothesis::new(self.setup, self.workshop, inserts)?));
         }
-        let task = |k: usize| self.task("look", &hypotheses[k].1, &[&seen.xi]);
+        let task = |k: usize| self.task("look", &hypotheses[k].1, &[]).with(&seen);
         let make = |k: usize| hypotheses[k].1.look(self.setup, &seen, &projection, (&weighing, is_quiet));
         let looks = self.each(hypotheses.len(), task, make)?;
         let mut signatures = Vec::new();

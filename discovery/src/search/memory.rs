@@ -32,6 +32,9 @@ impl Search<'_> {
     /// The fit that was remembered under this role, taken up again.
     pub(super) fn recalled(&self, role: &str, hypothesis: &Hypothesis) -> Result<Option<Fit>, Fault> {
         let Some(xi) = self.memory.recall(&self.key(role, hypothesis)) else { return Ok(None) };
+        if !hypothesis.inserts.is_empty() {
+            (self.progress)(&format!("fitting {}", hypothesis.label()));
+        }
         let problem = hypothesis.problem(self.setup)?;
         let is_own = xi.len() == problem.unknowns.len();
         Ok(is_own.then(|| minimise(&problem, &xi, &self.whole(), Effort::FULL, None).ok()).flatten())

@@ -259,13 +259,15 @@ impl Search<'_> {
         // Before something unknown is claimed the fit without is tried as hard as can be.
         (self.progress)("fitting the base model again from elsewhere");
         let make = || {
-            let mut record = pass.record.clone();
+            let mut record = Record::default();
             let how = (self.whole().tau, self.seed);
             let problem = pass.base.problem(self.setup)?;
             let fit = schedule::retry(&problem, pass.fit.clone(), &self.setup.train, how, &mut record);
             Ok((fit, record))
         };
-        (pass.fit, pass.record) = self.one(|| self.task("elsewhere", &pass.base, &[&pass.fit.xi]), make)?;
+        let (fit, record) = self.one(|| self.task("elsewhere", &pass.base, &[]).with(&pass.fit), make)?;
+        pass.fit = fit;
+        pass.record.attempts.extend(record.attempts);
         self.judge(pass);
         Ok(self.outcome(pass))
     }

@@ -53,7 +53,7 @@ impl Search<'_> {
     /// The fit with plausible numbers, if it explains the measurement as well; else the fit as it is.
     pub(super) fn tamed(&self, hypothesis: &Hypothesis, fit: Fit, expected: f64) -> Result<Fit, Fault> {
         let make = || self.tamed_here(hypothesis, fit.clone(), expected);
-        self.one(|| self.task("tame", hypothesis, &[&fit.xi]), make)
+        self.one(|| self.task("tame", hypothesis, &[&[expected]]).with(&fit), make)
     }
 
     fn tamed_here(&self, hypothesis: &Hypothesis, fit: Fit, expected: f64) -> Result<Fit, Fault> {

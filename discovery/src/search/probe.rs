@@ -59,7 +59,7 @@ impl Search<'_> {
             }
             Ok(best)
         };
-        let task = |k: usize| self.task("probe", doubtful[k].1, &[&seen.xi, &doubtful[k].2.start, &[pass.fit.cost]]);
+        let task = |k: usize| self.task("probe", doubtful[k].1, &[&doubtful[k].2.start, &[pass.fit.cost]]).with(seen);
         let probed = self.each(doubtful.len(), task, make)?;
         let ranks: Vec<usize> = doubtful.iter().map(|own| own.0).collect();
         for (rank, probed) in ranks.into_iter().zip(probed) {

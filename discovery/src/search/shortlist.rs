@@ -119,14 +119,16 @@ impl Search<'_> {
             let wave = &begun[wave];
             let hypothesis = |k: usize| &pass.tried[wave[k].0].hypothesis;
             let numbers = [lowest.misfit, lowest.cost];
-            let task = |k: usize| self.task("finish", hypothesis(k), &[&wave[k].1.fit.xi, &numbers]);
-            let fits = self.each(wave.len(), task, |k| self.finish_near(hypothesis(k), &wave[k].1, lowest))?;
+            let task = |k: usize| self.task("finish", hypothesis(k), &[&numbers]).with(&wave[k].1.fit);
+            let make = |k: usize| {
+                let fit = self.finish_near(hypothesis(k), &wave[k].1, lowest)?;
+                fit.iter().for_each(|fit| self.keep(role(pass.is_again), hypothesis(k), fit));
+                Ok(fit)
+            };
+            let fits = self.each(wave.len(), task, make)?;
             for (&(rank, _), fit) in wave.iter().zip(fits) {
                 let tried = &mut pass.tried[rank];
-                if let Some(fit) = &fit {
-                    lowest.take(fit);
-                    self.keep(role(pass.is_again), &tried.hypothesis, fit);
-                }
+                fit.iter().for_each(|fit| lowest.take(fit));
                 tried.fit = fit;
             }
         }
@@ -154,7 +156,7 @@ impl Search<'_> {
             let Tried { hypothesis, look, .. } = &pass.tried[near[k]];
             let start = look.as_ref().map_or(&[][..], |look| &look.start);
             let probed = look.as_ref().and_then(|look| look.probed.as_ref()).map_or(&[][..], |own| &own.1);
-            self.task("begin", hypothesis, &[&base.xi, start, probed])
+            self.task("begin", hypothesis, &[start, probed]).with(base)
         };
         let make = |k: usize| {
             let Tried { hypothesis, look: Some(look), .. } = &pass.tried[near[k]] else { return Ok(None) };
@@ -184,7 +186,7 @@ impl Search<'_> {
             let problem = tried.hypothesis.problem(self.setup)?;
             Ok(schedule::go_on(&problem, fit.clone(), &self.setup.train, self.whole().tau, &is_enough))
         };
-        let fit = self.one(|| self.task("go on", &tried.hypothesis, &[&fit.xi]), make)?;
+        let fit = self.one(|| self.task("go on", &tried.hypothesis, &[]).with(&fit), make)?;
         lowest.take(&fit);
         tried.fit = Some(fit);
         Ok(())
@@ -204,15 +206,16 @@ impl Search<'_> {
         let contenders: Vec<usize> = order.into_iter().filter(|&k| cost(k) <= enough).take(CONTENDERS.0).collect();
         let fitted = |k: &usize| pass.tried[*k].fit.as_ref().map(|fit| (*k, fit));
         let fits: Vec<(usize, &Fit)> = contenders.iter().filter_map(fitted).collect();
-        let task = |k: usize| self.task("unbend", &pass.tried[fits[k].0].hypothesis, &[&fits[k].1.xi]);
+        let task = |k: usize| self.task("unbend", &pass.tried[fits[k].0].hypothesis, &[]).with(fits[k].1);
         let make = |k: usize| {
             let hypothesis = &pass.tried[fits[k].0].hypothesis;
             (self.progress)(&format!("going on with {}", hypothesis.label()));
-            Ok(self.unbend(&hypothesis.problem(self.setup)?, fits[k].1.clone(), pass.expected))
+            let fit = self.unbend(&hypothesis.problem(self.setup)?, fits[k].1.clone(), pass.expected);
+            self.keep(role(pass.is_again), hypothesis, &fit);
+            Ok(fit)
         };
         let unbent = self.each(fits.len(), task, make)?;
         for (k, fit) in contenders.into_iter().zip(unbent) {
-            self.keep(role(pass.is_again), &pass.tried[k].hypothesis, &fit);
             pass.tried[k].fit = Some(fit);
         }
         self.scatter(pass)
@@ -229,7 +232,7 @@ impl Search<'_> {
             return Ok(());
         }
         let make = || self.scattered(hypothesis, fit.clone(), pass.expected);
-        let fit = self.one(|| self.task("scatter", hypothesis, &[&fit.xi]), make)?;
+        let fit = self.one(|| self.task("scatter", hypothesis, &[]).with(&fit), make)?;
         self.keep(role(pass.is_again), hypothesis, &fit);
         pass.tried[best].fit = Some(fit);
         Ok(())
@@ -298,7 +301,7 @@ impl Search<'_> {
             if afar {
                 left -= 1;
                 (self.progress)(&format!("fitting {} from afar", tried.hypothesis.label()));
-                let task = || self.task("afar", &tried.hypothesis, &[&pass.fit.xi, &[typical]]);
+                let task = || self.task("afar", &tried.hypothesis, &[&[typical]]).with(&pass.fit);
                 let make = || self.fit_from_afar((&pass.base, &pass.fit), &tried.hypothesis, typical);
                 if let Some(fit) = self.one(task, make)? {
                     lowest.take(&fit);
@@ -312,7 +315,7 @@ impl Search<'_> {
                 let base = pass.seen.as_ref().unwrap_or(&pass.fit);
                 (self.progress)(&format!("fitting {}", tried.hypothesis.label()));
                 let numbers = [lowest.misfit, lowest.cost];
-                let task = || self.task("sizes", &tried.hypothesis, &[&base.xi, &look.start, &others, &numbers]);
+                let task = || self.task("sizes", &tried.hypothesis, &[&look.start, &others, &numbers]).with(base);
                 let make = || self.fit_from_sizes(&tried.hypothesis, base, look, &others, *lowest);
                 if let Some(fit) = self.one(task, make)? {
                     lowest.take(&fit);
@@ -359,7 +362,7 @@ impl Search<'_> {
             let known = fit.jacobian.as_ref().filter(|_| turn > 0).map(|jacobian| (&jacobian.matrix, &whole));
             Ok(minimise(&problem, &fit.xi, &whole, effort, known).ok())
         };
-        let next = self.one(|| self.task("follow", hypothesis, &[&fit.xi, &[against, turn as f64]]), make)?;
+        let next = self.one(|| self.task("follow", hypothesis, &[&[against, turn as f64]]).with(&fit), make)?;
         let fit = next.map_or(fit.clone(), |next| lower(fit, next));
         lowest.take(&fit);
         Ok(fit)

@@ -65,7 +65,7 @@ impl Search<'_> {
             looks.push((hypothesis, look));
         }
         let numbers = [lowest.misfit, lowest.cost];
-        let task = |k: usize| self.task("term", &looks[k].0, &[&base.xi, &looks[k].1.start, &numbers]);
+        let task = |k: usize| self.task("term", &looks[k].0, &[&looks[k].1.start, &numbers]).with(&base);
         let make = |k: usize| {
             let (hypothesis, look) = &looks[k];
             (self.progress)(&format!("fitting {}", hypothesis.own_label()));

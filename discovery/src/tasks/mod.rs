@@ -8,6 +8,7 @@
 
 mod answer;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -15,6 +16,7 @@ use std::time::{Duration, Instant};
 pub(crate) use answer::{Answer, Reader, Writer};
 
 use crate::fault::Fault;
+use crate::fit::Fit;
 use crate::watch::Watch;
 
 /// Shortest and longest time between two looks at what others have made.
@@ -58,8 +60,17 @@ impl Task {
 
     /// The same from these numbers.
     pub(crate) fn from(self, numbers: &[f64]) -> Self {
-        let bytes = numbers.iter().flat_map(|number| number.to_bits().to_le_bytes());
-        Self { hash: bytes.chain([0xff]).fold(self.hash, mixed), ..self }
+        let words = numbers.iter().map(|number| number.to_bits()).chain([numbers.len() as u64]);
+        Self { hash: words.fold(self.hash, mixed_word), ..self }
+    }
+
+    /// The same from this fit, with the derivatives that it has.
+    pub(crate) fn with(self, fit: &Fit) -> Self {
+        let task = self.from(&fit.xi).from(&[fit.cost, f64::from(u8::from(fit.fresh))]);
+        match &fit.jacobian {
+            Some(jacobian) => task.from(jacobian.matrix.as_slice()),
+            None => task,
+        }
     }
 
     fn name(&self) -> String {
@@ -70,6 +81,11 @@ impl Task {
 /// One step of FNV-1a.
 fn mixed(hash: u64, byte: u8) -> u64 {
     (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+}
+
+/// The same of a word, because derivatives are megabytes.
+fn mixed_word(hash: u64, word: u64) -> u64 {
+    (hash ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
 }
 
 /// Who makes the tasks of a search.
@@ -119,6 +135,8 @@ impl Shared<'_> {
         make: &mut dyn FnMut(usize) -> Result<T, Fault>,
     ) -> Result<Vec<T>, Fault> {
         let tasks: Vec<Task> = (0..count).map(task).collect();
+        let names: BTreeSet<String> = tasks.iter().map(Task::name).collect();
+        debug_assert_eq!(names.len(), count, "two tasks of one name: {}", tasks[0].words);
         let mut answers: Vec<Option<T>> = (0..count).map(|_| None).collect();
         // Each begins elsewhere, so that few reach for the same one.
         let order = || (0..count).map(|k| (k + self.crew.number()) % count);
@@ -195,11 +213,9 @@ impl Shared<'_> {
     }
 }
 
-/// Of words of eight bytes, because answers have megabytes.
 fn checksum(bytes: &[u8]) -> u64 {
     let word = |part: &[u8]| part.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte));
-    let step = |sum: u64, part: &[u8]| (sum ^ word(part)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
-    bytes.chunks(8).fold(bytes.len() as u64, step)
+    bytes.chunks(8).fold(bytes.len() as u64, |sum, part| mixed_word(sum, word(part)))
 }
 
 /// The tasks of a list in waves: one, then two, then four, and so on.  Those of a wave do not depend on each other, and see what the waves
@@ -213,7 +229,7 @@ pub(crate) fn waves(count: usize) -> impl Iterator<Item = Range<usize>> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use std::cell::{Cell, RefCell};
-    use std::collections::{BTreeMap, BTreeSet};
+    use std::collections::BTreeMap;
 
     use super::*;
 

@@ -71,6 +71,8 @@ fn a_search_of_several_processes_is_that_of_one_whoever_dies() {
     assert!(!folder.join("report/report.json").exists());
     let found = captured(&shared);
     well(&found);
+    let said = String::from_utf8_lossy(&found.stderr).into_owned();
+    assert!(!said.contains("were made here"), "{said}");
     assert_eq!(report(&folder.join("report")), report(&folder.join("alone")));
     assert!(!folder.join("report/search").exists(), "a finished search needs no answers");
 
@@ -108,7 +110,7 @@ fn coast(folder: &Path) {
 fn processes_of_this_machine_end_with_the_command_and_say_what_is_wrong() {
     let folder = folder("here");
     coast(&folder);
-    // Its files are other ones as seen from where processes run.
+    // Processes run in another folder, from which the files of a library are called otherwise.
     fs::create_dir_all(folder.join("libraries/Workshop")).expect("made");
     fs::write(folder.join("libraries/Workshop/package.hyd"), OWN_LIBRARY).expect("written");
     let queue = folder.join("queue");
@@ -131,7 +133,9 @@ fn processes_of_this_machine_end_with_the_command_and_say_what_is_wrong() {
     let before = answers(&folder.join("here"));
     sleep(Duration::from_secs(1));
     assert_eq!(answers(&folder.join("here")), before, "processes go on after the interrupt");
-    well(&captured(&here));
+    let found = captured(&here);
+    well(&found);
+    assert!(!String::from_utf8_lossy(&found.stderr).contains("were made here"));
     assert_eq!(report(&folder.join("here")), report(&folder.join("alone")));
 
     // Members that always die are given up, in words, and what cannot be had is said before anything is made.

@@ -136,7 +136,7 @@ impl Search<'_> {
         let look = Look { score, size, start, alone: score.alone, typical: None, probed: None };
         let lowest = Lowest::of([&last.fit], last.expected);
         let role = format!("memory of {}", law.equation());
-        let task = || self.task(&role, &hypothesis, &[&base.xi, &look.start, &[size]]);
+        let task = || self.task(&role, &hypothesis, &[&look.start, &[size]]).with(base);
         let make = || self.fit_from_sizes(&hypothesis, base, &look, &[0.5 * size, 1.5 * size], lowest);
         let Some(mut fit) = self.one(task, make)? else { return Ok(None) };
         hypothesis.refresh(self.setup, &mut fit, &self.whole())?;
