@@ -534,7 +534,7 @@ pub struct Discover {
     pub calibrate: Option<std::num::NonZeroUsize>,
     #[command(flatten)]
     pub engine: EngineArguments,
-    /// Processes of --on that search together [default: 4]; the answer does not depend on how many there are
+    /// Processes of --on that search together, of one thread each unless --threads says more [default: 4]; the answer does not depend on how many there are
     #[arg(long, value_name = "N", requires = "on")]
     pub shards: Option<usize>,
     /// Searches along with other processes that meet in DIR/search: what a task of --on does
