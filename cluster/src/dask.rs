@@ -95,6 +95,10 @@ impl Engine for Dask {
     fn cancel(&mut self, _work: &Work) -> Result<(), String> {
         self.ask(&json!({"cancel": true})).map(|_| ())
     }
+
+    fn dismiss(&mut self, _work: &Work) -> Result<(), String> {
+        Ok(())
+    }
 }
 
 impl Drop for Dask {

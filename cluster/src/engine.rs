@@ -38,6 +38,12 @@ pub trait Engine {
     /// # Errors
     /// The engine cannot be reached.
     fn cancel(&mut self, work: &Work) -> Result<(), String>;
+
+    /// Takes back tasks of a work that is done, if some can still wait or run.
+    ///
+    /// # Errors
+    /// The engine cannot be reached.
+    fn dismiss(&mut self, work: &Work) -> Result<(), String>;
 }
 
 /// Which engine, and where it is.

@@ -71,6 +71,10 @@ impl Engine for Here {
         self.end();
         Ok(())
     }
+
+    fn dismiss(&mut self, _work: &Work) -> Result<(), String> {
+        Ok(())
+    }
 }
 
 impl Drop for Here {
@@ -147,6 +151,7 @@ mod tests {
             arguments: ["-c", script, "task"].map(String::from).to_vec(),
             processors: 1,
             logs: folder.clone(),
+            goes_on: None,
         };
         let wait = |here: &mut Here, own: &Work| {
             let begin = Instant::now();

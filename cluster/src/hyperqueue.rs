@@ -89,4 +89,8 @@ impl Engine for HyperQueue {
         }
         ask(self.command("cli").args(["job", "cancel", &jobs.join(",")]), NAME, "").map(|_| ())
     }
+
+    fn dismiss(&mut self, _work: &Work) -> Result<(), String> {
+        Ok(())
+    }
 }

@@ -1,7 +1,8 @@
 //! Slurm: a work is an array of jobs, by `sbatch`, `squeue` and `scancel`.
 //!
 //! Partition, account, time limit and the like are what the variables `SBATCH_...` of the environment say.  Tasks of nodes that fail are
-//! requeued by Slurm itself.
+//! requeued by Slurm itself.  Slurm starts the next task only when its scheduler looks again, which takes seconds; so a task that was short goes on
+//! with others for a while, and what is left in the queue when all is done is taken back.
 
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -29,7 +30,7 @@ impl Engine for Slurm {
     }
 
     fn submit(&mut self, work: &Work, tasks: &[usize]) -> Result<Vec<String>, String> {
-        let script = format!("#!/bin/sh\n{}", work.script("SLURM_ARRAY_TASK_ID"));
+        let script = format!("#!/bin/sh\n{}", work.script_that_goes_on("SLURM_ARRAY_TASK_ID"));
         let mut jobs = Vec::new();
         let mut rest = tasks;
         while !rest.is_empty() {
@@ -59,5 +60,14 @@ impl Engine for Slurm {
 
     fn cancel(&mut self, work: &Work) -> Result<(), String> {
         ask(Command::new("scancel").arg(format!("--name={}", work.name)), NAME, "").map(|_| ())
+    }
+
+    fn dismiss(&mut self, work: &Work) -> Result<(), String> {
+        if !self.active(work)?.is_empty() {
+            self.cancel(work)?;
+        }
+        // What stays behind is small, and does no harm.
+        let _ = std::fs::remove_dir_all(work.taken());
+        Ok(())
     }
 }

@@ -98,12 +98,13 @@ pub fn carry_out(
     let mut outage: Option<Instant> = None;
     loop {
         told(Seen::Parts(state.parts));
-        if state.tasks.iter().all(|&done| done) {
-            return Ok(Ended::Done);
-        }
-        let given: Vec<Given> = tasks.iter().enumerate().filter_map(|(task, own)| own.given(task)).collect();
-        if given.len() == state.tasks.iter().filter(|&&done| !done).count() {
-            return Ok(Ended::GivenUp(given));
+        // Files of a task that was given up may have come after all.
+        let missing: Vec<usize> = (0..tasks.len()).filter(|&task| !state.tasks[task]).collect();
+        let given: Vec<Given> = missing.iter().filter_map(|&task| tasks[task].given(task)).collect();
+        if given.len() == missing.len() {
+            // An engine that is out of reach now only starts tasks that find nothing to do.
+            let _ = engine.dismiss(work);
+            return Ok(if given.is_empty() { Ended::Done } else { Ended::GivenUp(given) });
         }
         let pause = Instant::now() + (begin.elapsed() / SHARE).clamp(SHORTEST, LONGEST);
         while Instant::now() < pause && !stop() {
@@ -200,6 +201,8 @@ mod tests {
         Late(usize),
         Killed,
         Says(&'static str),
+        /// Its file is seen all the same, after so many questions.
+        SaysLate(&'static str, usize),
     }
 
     /// An engine that ends every task at the second question after its submission.
@@ -241,6 +244,10 @@ mod tests {
                         Fate::Late(questions) => _ = self.files.borrow_mut().insert(task, questions),
                         Fate::Killed => {}
                         Fate::Says(words) => std::fs::write(work.log(task), words).unwrap(),
+                        Fate::SaysLate(words, questions) => {
+                            std::fs::write(work.log(task), words).unwrap();
+                            self.files.borrow_mut().insert(task, questions);
+                        }
                     }
                 }
             }
@@ -250,6 +257,10 @@ mod tests {
 
         fn cancel(&mut self, _work: &Work) -> Result<(), String> {
             self.log.borrow_mut().push("cancel".to_string());
+            Ok(())
+        }
+
+        fn dismiss(&mut self, _work: &Work) -> Result<(), String> {
             Ok(())
         }
     }
@@ -270,6 +281,7 @@ mod tests {
             arguments: Vec::new(),
             processors: 1,
             logs: logs.clone(),
+            goes_on: None,
         };
         let patience = Patience { settle: Duration::from_millis(900), tries: 3, outage: Duration::from_millis(700) };
         let questions = RefCell::new(0);
@@ -316,6 +328,14 @@ mod tests {
         let given = Given { task: 0, reason: "no such file".to_string() };
         assert_eq!(ended, Ok(Ended::GivenUp(vec![given])));
         assert_eq!(log.iter().filter(|line| line.starts_with("submit")).count(), 3);
+    }
+
+    #[test]
+    fn a_task_whose_files_come_after_it_was_given_up_is_done() {
+        let slow = [Fate::Killed, Fate::Killed, Fate::Done];
+        let (ended, _) = run(&[&[Fate::SaysLate("late", 5)], &[Fate::Says("no such file")], &slow], 0, 100);
+        let given = Given { task: 1, reason: "no such file".to_string() };
+        assert_eq!(ended, Ok(Ended::GivenUp(vec![given])));
     }
 
     #[test]

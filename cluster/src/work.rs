@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 /// Seconds that a task waits for its program: a file system that machines share may show a new file late.
 const PATIENCE: u32 = 60;
+/// Seconds after its start in which a task begins others: two seconds until the next one starts are less than a hundredth of them.
+const SPARE: u32 = 300;
 
 /// What is to be done for each number.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -20,6 +22,9 @@ pub struct Work {
     pub processors: usize,
     /// Folder for what failed tasks say; absolute.
     pub logs: PathBuf,
+    /// Number of all tasks, where one that is done may go on with others, because the program finds at once that there is nothing left to do if
+    /// it is called again for one that is done.  None where every task is to have a process of its own.
+    pub goes_on: Option<usize>,
 }
 
 impl Work {
@@ -30,17 +35,52 @@ impl Work {
 
     /// The script of a task whose number the engine puts into a variable of the environment.
     pub(crate) fn script(&self, variable: &str) -> String {
+        format!("{}task ${variable}\n", self.function())
+    }
+
+    /// The same for an engine that is slow to start the next task: one that is done in time goes on with others, from the last to the first, that
+    /// neither began by themselves nor were taken by another.  What is taken is only a hint (a folder that stays behind does no harm):
+    /// each task begins by itself too when its turn comes, and finds that nothing is left to do.
+    pub(crate) fn script_that_goes_on(&self, variable: &str) -> String {
+        let Some(count) = self.goes_on else { return self.script(variable) };
+        let (function, taken) = (self.function(), quoted(&self.taken().display().to_string()));
+        format!(
+            "end=$(($(date +%s)+{SPARE}))\n\
+             {function}\
+             mkdir -p {taken} && mkdir {taken}/${variable} 2>/dev/null\n\
+             task ${variable} || exit $?\n\
+             k=$(cat {taken}/next 2>/dev/null)\n\
+             case $k in ''|*[!0-9]*) k={count};; esac\n\
+             while [ \"$k\" -gt 0 ] && [ \"$(date +%s)\" -lt $end ]; do\n\
+             k=$((k-1))\n\
+             mkdir {taken}/$k 2>/dev/null || continue\n\
+             echo $k >{taken}/next\n\
+             task $k || break\n\
+             done\n\
+             exit 0\n"
+        )
+    }
+
+    /// Where tasks that go on leave a folder for each that they have taken.
+    pub(crate) fn taken(&self) -> PathBuf {
+        self.logs.join("taken")
+    }
+
+    /// What a task does, as a function of the shell; it waits for the program first.
+    fn function(&self) -> String {
         let program = quoted(&self.program.display().to_string());
         let arguments: Vec<String> = self.arguments.iter().map(|own| quoted(own)).collect();
         let (arguments, logs) = (arguments.join(" "), quoted(&self.logs.display().to_string()));
         format!(
             "n=0\n\
              while [ ! -x {program} ] && [ $n -lt {PATIENCE} ]; do sleep 1; n=$((n+1)); done\n\
-             log={logs}/${variable}.txt\n\
-             {program} {arguments} ${variable} >/dev/null 2>\"$log\"\n\
+             task() {{\n\
+             log={logs}/$1.txt\n\
+             {program} {arguments} $1 >/dev/null 2>\"$log\"\n\
              code=$?\n\
              if [ $code -eq 0 ]; then rm -f \"$log\"; else echo \"exit code $code on $(uname -n)\" >>\"$log\"; fi\n\
-             exit $code\n"
+             return $code\n\
+             }}\n"
         )
     }
 }
@@ -76,6 +116,7 @@ mod tests {
             arguments: arguments.iter().map(|own| own.to_string()).collect(),
             processors: 1,
             logs: folder.clone(),
+            goes_on: None,
         };
         let run = |work: &Work| {
             let mut shell = std::process::Command::new("sh");
@@ -89,6 +130,43 @@ mod tests {
         let text = said(&ill.log(7)).unwrap();
         assert!(text.starts_with("full\nexit code 3 on "), "{text}");
         assert!(!ill.log(7).exists());
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_task_that_is_done_in_time_goes_on_with_others() {
+        let folder = std::env::temp_dir().join(format!("hyd-goes-on-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        // Each task adds its number to what was done; one cannot.
+        let script = "[ $0 != 2 ] || exit 5; echo $0 >>done";
+        let work = |goes_on| Work {
+            name: "n".into(),
+            folder: folder.clone(),
+            program: "/bin/sh".into(),
+            arguments: ["-c", script].map(String::from).to_vec(),
+            processors: 1,
+            logs: folder.join("logs"),
+            goes_on,
+        };
+        let run = |work: &Work, task: &str| {
+            let mut shell = std::process::Command::new("sh");
+            shell.arg("-c").arg(work.script_that_goes_on("TASK")).env("TASK", task).current_dir(&folder);
+            let code = shell.status().unwrap().code();
+            (code, std::fs::read_to_string(folder.join("done")).unwrap_or_default().replace('\n', " "))
+        };
+        std::fs::create_dir_all(folder.join("logs")).unwrap();
+        assert_eq!(run(&work(None), "6"), (Some(0), "6 ".to_string()));
+        let all = work(Some(7));
+        // Another one has begun task 5.
+        std::fs::create_dir_all(all.taken().join("5")).unwrap();
+        assert_eq!(run(&all, "0"), (Some(0), "6 0 6 4 3 ".to_string()));
+        assert!(said(&all.log(2)).unwrap().starts_with("exit code 5 on "));
+        assert_eq!(run(&all, "2").0, Some(5));
+        assert_eq!(run(&all, "5"), (Some(0), "6 0 6 4 3 5 1 ".to_string()));
+        assert_eq!(run(&all, "3"), (Some(0), "6 0 6 4 3 5 1 3 ".to_string()));
+        std::fs::write(all.taken().join("next"), "").unwrap();
+        assert_eq!(run(&all, "4"), (Some(0), "6 0 6 4 3 5 1 3 4 ".to_string()));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

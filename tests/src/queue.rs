@@ -6,7 +6,8 @@ use std::path::Path;
 
 /// Makes it in a folder: `bin` is for the front of the `PATH`.  A file `script`N is a job, `task.NAME.K` is there while a task waits or runs, `group.K` is
 /// the process group of its last attempt.  Where `lost.K` is there, the next attempt at task K ends before it has begun; where `full.K` is
-/// there, none can write a file of more than a block.
+/// there, none can write a file of more than a block.  Where `hurried` is there, the time in which a task goes on with others is over at once; where
+/// `single` is there, one task runs at a time, and the next one begins 5 s later.  `begun` has a line for each attempt.
 ///
 /// # Errors
 /// Files that cannot be written.
@@ -15,6 +16,7 @@ pub fn make(place: &Path) -> io::Result<()> {
     let bin = place.join("bin");
     let place = place.display();
     let programs = [
+        ("date", format!("[ -e {place}/hurried ] && exec /bin/date +%s%N; exec /bin/date \"$@\"")),
         ("scontrol", "echo 'MaxArraySize            = 101'".to_string()),
         (
             "sbatch",
@@ -25,12 +27,14 @@ pub fn make(place: &Path) -> io::Result<()> {
                  for k in $list; do : >{place}/task.$name.$k; done\n\
                  (for k in $list; do (\n\
                     [ -e {place}/task.$name.$k ] || exit\n\
+                    echo $k >>{place}/begun\n\
                     export SLURM_ARRAY_TASK_ID=$k\n\
                     if [ -e {place}/lost.$k ]; then rm {place}/lost.$k\n\
                     elif [ -e {place}/full.$k ]; then (trap '' XFSZ; ulimit -f 1; /bin/sh {place}/script$job)\n\
                     else setsid /bin/sh {place}/script$job & echo $! >{place}/group.$k; wait $!; fi\n\
                     rm -f {place}/task.$name.$k\n\
-                  ) & done) >/dev/null 2>&1 </dev/null &\n\
+                  ) &\n\
+                  [ -e {place}/single ] && wait && ls {place}/task.$name.* && sleep 5; done) >/dev/null 2>&1 </dev/null &\n\
                  echo \"$job;loopback\""
             ),
         ),

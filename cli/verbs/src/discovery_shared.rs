@@ -56,6 +56,7 @@ pub(crate) fn submission(
         arguments: arguments(files, options, shared)?.into_iter().chain(last.iter().cloned()).collect(),
         processors: shared.sharing.threads,
         logs: folder.join(LOGS),
+        goes_on: None,
         folder,
     };
     Ok((engine, work))

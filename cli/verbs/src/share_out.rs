@@ -313,6 +313,7 @@ fn work(submission: &Submission) -> Work {
         arguments: vec!["shard".to_string(), submission.root.display().to_string()],
         processors: manifest.threads,
         logs: submission.logs(),
+        goes_on: Some(manifest.shards),
     }
 }
 

@@ -30,6 +30,7 @@ fn correlated_noise_with_heavy_tails_is_noise() {
 
 /// A coil that is warmer in every shot by another amount explains what resistances that scatter do.
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn resistances_that_scatter_are_not_a_coil_that_heats_up() {
     let (said, left) = said("scatter", 2);
     assert!(said.contains("R scatters from shot to shot by about") && left < 1.1, "{said}");

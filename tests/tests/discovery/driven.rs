@@ -107,6 +107,7 @@ end Box;
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_spring_that_hardens_is_found_beside_a_constant_force() {
     let folder = folder("driven");
     let (stdout, report) = found(&folder, &Bench { missing: (K_3, F_0), samples: 400, records: 4, stated: 1.0 });

@@ -7,6 +7,7 @@ use super::{folder, healthy_bench, hyd, json, study};
 /// Nothing is missing in the shots that are fitted; the one held out was measured with a lift sensor that shows 2 % too
 /// much.  It has to be looked at, and another one is held out in its place.
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_gap_that_only_the_shot_held_out_shows_is_looked_at() {
     let folder = folder("hidden");
     healthy_bench(&folder, 21);

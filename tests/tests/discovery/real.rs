@@ -54,6 +54,7 @@ fn real_tanks_run_over() {
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_real_positioning_system_rubs() {
     agrees_with_the_literature("positioning");
 }
@@ -62,6 +63,7 @@ fn a_real_positioning_system_rubs() {
 /// that the coil is another one with a tube in it.  Numbers are those of a fit of all shots with these three effects by
 /// `scipy.optimize.least_squares` in equations written independently: 0.0368 Ohm, 8.1e-4 per joule, 0.104.
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_tie_is_decided_by_what_else_is_missing() {
     let (report, mut named, words) = answer("kicker");
     assert_eq!(report["status"], "named", "{words}");

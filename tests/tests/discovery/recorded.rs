@@ -76,6 +76,7 @@ fn nothing_is_missing() {
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn waves_in_the_supply_line() {
     answers("B02", "named", &["supply_line"], &[("supply_line", "l", 1.2), ("supply_line", "V_g", 0.3e-3)]);
 }
@@ -86,11 +87,13 @@ fn dry_friction() {
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn eddy_currents() {
     answers("B05", "named", &["eddy_currents"], &[("eddy_currents", "g_e", 1.0 / 18.0)]);
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_late_trigger() {
     let report = answers("B06", "sensor", &["trigger_delay"], &[("trigger_delay", "t_d", 0.35e-3)]);
     // A delay of every shot cannot be told from the mean of what the trigger scatters by, 10 us a shot.
@@ -105,11 +108,13 @@ fn air_in_the_oil() {
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn the_inductance_of_the_gap() {
     answers("B08", "named", &["variable_inductance"], &[]);
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn waves_and_dry_friction() {
     let sizes = [("supply_line", "l", 1.8), ("piston_friction", "F_c", 55.0)];
     answers("B09", "named", &["supply_line", "piston_friction"], &sizes);

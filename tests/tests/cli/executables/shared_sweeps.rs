@@ -188,7 +188,8 @@ impl Queue {
 fn a_queue_gives_the_table_of_one_process_whatever_gets_lost() {
     let queue = Queue::new();
     let alone = queue.hyd(&["sweep", "plan.toml", "--result", "whole"]);
-    // Two tasks end without a word before they have begun.
+    // Two tasks end without a word before they have begun, and no other task takes them up.
+    fs::write(queue.file("queue/hurried"), "").unwrap();
     fs::write(queue.file("queue/lost.1"), "").unwrap();
     fs::write(queue.file("queue/lost.4"), "").unwrap();
     let options = ["sweep", "plan.toml", "--on", "slurm", "--shards", "6", "--settle", "0.5", "--result", "s"];
@@ -215,6 +216,20 @@ fn a_queue_gives_the_table_of_one_process_whatever_gets_lost() {
     let mut other = options;
     other[5] = "5";
     ill(&queue.hyd(&[&other[..], &["--resume"]].concat()), 2, "--shards: the sweep was shared out to 6 and not to 5");
+}
+
+#[test]
+fn a_job_that_is_done_goes_on_with_others() {
+    let queue = Queue::new();
+    fs::write(queue.file("queue/single"), "").unwrap();
+    well(&queue.hyd(&["sweep", "plan.toml", "--result", "whole"]));
+    let options = ["sweep", "plan.toml", "--on", "slurm", "--shards", "30", "--result", "s"];
+    assert_eq!(messages(&queue.hyd(&options)), messages(&queue.hyd(&["sweep", "plan.toml", "--result", "other"])));
+    assert!(read(&queue.scratch, "whole/members.parquet") == read(&queue.scratch, "s/members.parquet"));
+    // The first job makes all shards; a second one may have begun before the others were taken back.
+    let begun = fs::read_to_string(queue.file("queue/begun")).unwrap();
+    assert!(begun == "0\n" || begun == "0\n1\n", "{begun}");
+    assert!(fs::read_dir(queue.file("s/submission/logs")).unwrap().next().is_none());
 }
 
 #[test]
