@@ -30,7 +30,7 @@ pub(crate) fn check_starts(sorted: &SortedSystem) -> Vec<Diagnostic> {
             }
             let value = if operand.negated() { -value } else { value };
             let limits = (block.min.get(k), block.max.get(k));
-            let Some(outside) = given::outside(&block.name.element(k), &block.kind, value, limits) else { continue };
+            let Some(outside) = given::outside(|| block.name.element(k), &block.kind, value, limits) else { continue };
             let message = format!("at the start {}", outside.message);
             messages
                 .push(Diagnostic::warning(Code::Value, message).at(equations.origin.span, "this is its start value"));
@@ -60,7 +60,7 @@ pub(crate) fn check_limits(sorted: &SortedSystem, set: &[(String, String)]) -> V
         for k in 0..block.count as usize {
             let v = VarId(block.first.0 + k as u32);
             let limits = (block.min.get(k), block.max.get(k));
-            let Some(outside) = given::outside(&block.name.element(k), &block.kind, values[v], limits) else {
+            let Some(outside) = given::outside(|| block.name.element(k), &block.kind, values[v], limits) else {
                 continue;
             };
             let place = binding_span(sorted, v).filter(|_| !set.contains_key(&v));

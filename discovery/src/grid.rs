@@ -32,7 +32,7 @@ impl Limit {
             Place::Output(_) => return None,
         };
         let value = if self.source.negated { -value } else { value };
-        given::outside(&self.name, &self.kind, value, self.range).map(|outside| outside.message)
+        given::outside(|| self.name.clone(), &self.kind, value, self.range).map(|outside| outside.message)
     }
 }
 

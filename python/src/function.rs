@@ -3,7 +3,7 @@
 //! Evaluators (a system and a simulator with their work space) are kept from call to call; a call takes one that is free, so that threads do not wait for
 //! each other.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use hyd_compiler::{CompiledModel, Instance};
 use hyd_run::parameters;
@@ -77,13 +77,13 @@ impl Function {
         let times = wanted.at.unwrap_or_else(|| vec![stop]);
         let wanted = Functional { parameters: wanted.parameters, outputs: wanted.outputs, times, options };
         let (free, whole) = Default::default();
-        let own = Self { translated, set, wanted, free, whole };
+        let mut own = Self { translated, set, wanted, free, whole };
         if let Some(outside) = own.translated.outside(&own.set, start) {
             return Err(rejected(py, &[outside]));
         }
         // What is wrong with names is said now.
         let first = own.evaluator(own.translated.model()).map_err(usage)?;
-        own.free.lock().unwrap_or_else(PoisonError::into_inner).push(first);
+        own.free = Mutex::new(vec![first]);
         Ok(own)
     }
 
@@ -101,7 +101,8 @@ impl Function {
         (values, derived): (&[f64], bool),
         stop: &dyn Fn() -> bool,
     ) -> Result<Response, EvaluationError> {
-        let known = pool.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        // Nobody waits here: a process that was forked while a thread held the lock would wait for ever.
+        let known = pool.try_lock().ok().and_then(|mut free| free.pop());
         let made = || self.evaluator(model).expect("invariant: the first evaluator was made of the same names");
         let mut evaluator = known.unwrap_or_else(made);
         let response = match derived {
@@ -109,7 +110,9 @@ impl Function {
             false => evaluator.evaluate(values, stop),
         };
         let response = response.map(|own| (own.values().to_vec(), own.derivatives().to_vec()));
-        pool.lock().unwrap_or_else(PoisonError::into_inner).push(evaluator);
+        if let Ok(mut free) = pool.try_lock() {
+            free.push(evaluator);
+        }
         response
     }
 

@@ -359,17 +359,18 @@ impl Model {
         });
         let (summary, result, rows) = match (ran, caught) {
             (Ok((summary, _, rows)), Some(caught)) => {
-                let run = Py::new(py, Run::new(rows, &summary))?.into_any();
-                return Err(stopped(py, caught, summary.message.as_deref(), &[], Some(run)));
+                let message = summary.message.clone();
+                let run = Py::new(py, Run::new(rows, summary))?.into_any();
+                return Err(stopped(py, caught, message.as_deref(), &[], Some(run)));
             }
             (Err(_), Some(caught)) => return Err(stopped(py, caught, None, &[], None)),
             (Err(failure), None) => return Err(failed(py, &failure, &[])),
             (Ok(ended), None) => ended,
         };
-        let run = Run::new(rows, &summary);
         let said = summary.warnings.iter().map(|text| Message::sentence(Severity::Warning, text));
         let jumps = summary.jumps.iter().map(|text| Message::sentence(Severity::Note, text));
         let mut said: Vec<Message> = said.chain(jumps).collect();
+        let run = Run::new(rows, summary);
         if let Err(error) = result {
             let kind = match error {
                 SolveError::Option(_) => return Err(failed(py, &Failure::Usage(error.to_string()), &[])),

@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 use std::io;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use arrow_buffer::ScalarBuffer;
 use hyd_results::{RowKind, Sink, described_columns};
@@ -78,7 +78,8 @@ impl Layout {
     }
 }
 
-/// The layout of the last run of a model, which the next run most likely has as well, and memory of runs that are gone.
+/// The layout of the last run of a model, which the next run most likely has as well, and memory of runs that are gone.  Nobody waits for either: a
+/// process that was forked while a thread held a lock would wait for ever.
 #[derive(Default)]
 pub(crate) struct LastLayout(Mutex<Option<Laid>>, Arc<Kept>);
 
@@ -88,12 +89,14 @@ struct Kept(Mutex<Vec<f64>>);
 
 impl Kept {
     fn take(&self) -> Vec<f64> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        self.0.try_lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default()
     }
 
     fn put(&self, values: Vec<f64>) {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if values.len() > kept.len() && values.capacity() <= MOST_KEPT {
+        if let Ok(mut kept) = self.0.try_lock()
+            && values.len() > kept.len()
+            && values.capacity() <= MOST_KEPT
+        {
             *kept = values;
         }
     }
@@ -104,15 +107,17 @@ type Laid = (Arc<Tables>, Option<String>, Arc<Layout>);
 
 impl LastLayout {
     fn get(&self, tables: &Arc<Tables>, pattern: Option<&str>, selection: &Selection) -> Arc<Layout> {
-        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((known, own, layout)) = &*last
+        if let Ok(last) = self.0.try_lock()
+            && let Some((known, own, layout)) = &*last
             && Arc::ptr_eq(known, tables)
             && own.as_deref() == pattern
         {
             return layout.clone();
         }
         let layout = Arc::new(Layout::new(tables, selection));
-        *last = Some((tables.clone(), pattern.map(str::to_string), layout.clone()));
+        if let Ok(mut last) = self.0.try_lock() {
+            *last = Some((tables.clone(), pattern.map(str::to_string), layout.clone()));
+        }
         layout
     }
 }

@@ -1,5 +1,6 @@
 //! A run: its rows and its report.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use hyd_run::RunSummary;
@@ -16,8 +17,14 @@ use crate::rows::{Column, Layout, Matrix, Rows, Slot, Variable};
 #[pyclass(frozen, module = "hyd._hyd")]
 pub(crate) struct Run {
     rows: Arc<Rows>,
-    /// The summary that `hyd simulate --json` prints.
-    summary: String,
+    summary: Report,
+}
+
+/// What `hyd simulate --json` prints; its text is made where somebody asks.
+enum Report {
+    Own(Box<RunSummary>),
+    /// From a pickle.
+    Text(String),
 }
 
 /// A variable in a pickle: name, unit, description, column; or the value that it has all the time.
@@ -27,8 +34,8 @@ type Kept = (String, String, String, Option<usize>, f64);
 type State<'py> = (String, Vec<Kept>, Column, Matrix, Bound<'py, PyDict>);
 
 impl Run {
-    pub(crate) fn new(rows: Arc<Rows>, summary: &RunSummary) -> Self {
-        Self { rows, summary: summary.json() }
+    pub(crate) fn new(rows: Arc<Rows>, summary: RunSummary) -> Self {
+        Self { rows, summary: Report::Own(Box::new(summary)) }
     }
 
     /// A parameter or constant of the tables, whatever was recorded.
@@ -46,8 +53,11 @@ impl Run {
 impl Run {
     /// The summary as JSON.
     #[getter]
-    fn summary(&self) -> &str {
-        &self.summary
+    fn summary(&self) -> Cow<'_, str> {
+        match &self.summary {
+            Report::Own(summary) => Cow::Owned(summary.json()),
+            Report::Text(text) => Cow::Borrowed(text),
+        }
     }
 
     /// Names, units and descriptions of the variables that were recorded.
@@ -142,7 +152,7 @@ impl Run {
             (own.name.clone(), own.unit.clone(), own.description.clone(), column, value)
         };
         let variables = self.rows.layout.variables.iter().map(kept).collect();
-        Ok((self.summary.clone(), variables, self.time(), self.matrix(), self.parameters(py)?))
+        Ok((self.summary().into_owned(), variables, self.time(), self.matrix(), self.parameters(py)?))
     }
 
     /// A run from what `state` gave, arrays as lists.
@@ -169,7 +179,7 @@ impl Run {
         let layout = Layout::restored(variables.collect(), columns);
         let tables =
             Arc::new(Tables { variables: parameters.into_iter().map(parameter).collect(), ..Tables::default() });
-        Ok(Self { rows: Arc::new(Rows::restored(layout, tables, times, values)), summary })
+        Ok(Self { rows: Arc::new(Rows::restored(layout, tables, times, values)), summary: Report::Text(summary) })
     }
 }
 

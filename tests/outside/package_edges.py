@@ -128,6 +128,46 @@ def check_patterns():
             raise AssertionError("a pattern that is none was taken")
 
 
+def check_forks():
+    """A process that is forked while threads run a model and its function goes on with both."""
+    model = hyd.load(DRIVE)
+    function = model.function("y", "p0", at=[1e-5])
+    expected = function([10e6])
+    ended = threading.Event()
+
+    def work(k):
+        n = 0
+        while not ended.is_set():
+            n += 1
+            # Patterns that take long, and that no other thread has.
+            model.simulate(variables=rf"^y$|\w{{{160 + 8 * (n % 2) + k}}}z", stop=1e-5)
+            function([10e6])
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    try:
+        for _ in range(60):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DeprecationWarning)
+                child = os.fork()
+            if child == 0:
+                run = model.simulate(variables="^y$", stop=1e-5)
+                os._exit(0 if run.names == ["y"] and function([10e6]) == expected else 1)
+            begin, ending = time.monotonic(), (0, 0)
+            while ending[0] == 0 and time.monotonic() - begin < 20:
+                time.sleep(0.002)
+                ending = os.waitpid(child, os.WNOHANG)
+            if ending[0] == 0:
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+            assert ending == (child, 0), "hangs" if ending[0] == 0 else f"ends with {ending[1]}"
+    finally:
+        ended.set()
+        for thread in threads:
+            thread.join()
+
+
 def check_kept_values():
     """Arrays, tables and copies of a run that is gone stay as they were, although later runs of the model use the memory of earlier ones."""
     model = hyd.load(text=LIMITED)

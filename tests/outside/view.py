@@ -158,19 +158,18 @@ def done(page, origin):
     page.context.close()
 
 
-def accessible(browser, url, name):
-    """axe at both widths, light and dark, with everything open."""
-    for dark in (False, True):
-        for width in (1500, 500):
-            page = open_page(browser, url, dark, width, bypass=True)
-            page.evaluate("document.querySelectorAll('details').forEach((own) => { own.open = true; })")
-            page.wait_for_timeout(300)
-            page.screenshot(path=WORK / f"view_{name}_{width}_{'dark' if dark else 'light'}.png", full_page=True)
-            page.evaluate(AXE.read_text())
-            found = page.evaluate("axe.run()")["violations"]
-            serious = [(own["id"], own["nodes"][0]["html"][:200]) for own in found if own["impact"] in ("serious", "critical")]
-            check(not serious, f"axe at {width} pixels: {serious}")
-            page.context.close()
+def accessible(browser, url, name, looks=((False, 1500), (True, 500))):
+    """axe with everything open, light and wide, dark and narrow."""
+    for dark, width in looks:
+        page = open_page(browser, url, dark, width, bypass=True)
+        page.evaluate("document.querySelectorAll('details').forEach((own) => { own.open = true; })")
+        page.wait_for_timeout(300)
+        page.screenshot(path=WORK / f"view_{name}_{width}_{'dark' if dark else 'light'}.png", full_page=True)
+        page.evaluate(AXE.read_text())
+        found = page.evaluate("axe.run()")["violations"]
+        serious = [(own["id"], own["nodes"][0]["html"][:200]) for own in found if own["impact"] in ("serious", "critical")]
+        check(not serious, f"axe at {width} pixels: {serious}")
+        page.context.close()
 
 
 def last(page, name):
@@ -224,7 +223,7 @@ def check_served(browser):
         until(page, "document.getElementById('wrong').textContent === '' && runs.own.key === '{}'")
         speed(page)
         done(page, url.split("/?")[0])
-        accessible(browser, url, "served")
+        accessible(browser, url, "served", [(dark, width) for dark in (False, True) for width in (1500, 500)])
 
 
 def speed(page):

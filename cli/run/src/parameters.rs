@@ -56,8 +56,8 @@ pub fn outside(limits: &[Limit], system: &dyn DaeSystem) -> Option<String> {
             Place::Output(_) => return None,
         };
         let value = if source.negated { -value } else { value };
-        let name = variable.name.element(limit.element as usize);
-        given::outside(&name, &variable.kind, value, (limit.min, limit.max)).map(|outside| outside.message)
+        let name = || variable.name.element(limit.element as usize);
+        given::outside(name, &variable.kind, value, (limit.min, limit.max)).map(|outside| outside.message)
     })
 }
 

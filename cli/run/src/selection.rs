@@ -81,7 +81,7 @@ impl Selection {
 
     fn all_shown(&self, tables: &Tables) -> Vec<Shown> {
         if self.is_explicit() {
-            return tables.variables.iter().flat_map(|v| self.matching(v)).collect();
+            return self.matching(tables);
         }
         let public = || tables.variables.iter().filter(|variable| is_public(variable));
         let mut few: Vec<Shown> = public().filter(|v| is_top_level(v)).flat_map(representatives).take(FEW).collect();
@@ -100,9 +100,17 @@ impl Selection {
         public.map(|variable| variable.sources.len()).sum::<usize>().saturating_sub(shown)
     }
 
-    fn matching(&self, variable: &VariableInfo) -> Vec<Shown> {
-        let elements = (0..variable.sources.len()).map(|k| shown(variable, k));
-        elements.filter(|shown| self.keeps(variable, &shown.column.name)).collect()
+    /// Most names of a model do not match, so that none is kept before it does.
+    fn matching(&self, tables: &Tables) -> Vec<Shown> {
+        let mut matching = Vec::new();
+        for variable in &tables.variables {
+            for element in 0..variable.sources.len() {
+                if self.keeps(variable, &variable.name.name(element)) {
+                    matching.push(shown(variable, element));
+                }
+            }
+        }
+        matching
     }
 }
 

@@ -236,8 +236,8 @@ pub struct Outside {
     pub is_below: bool,
 }
 
-/// What is to be said of a value that is below `min` or above `max`.
-pub fn outside(name: &str, kind: &ValueKind, value: f64, (min, max): (f64, f64)) -> Option<Outside> {
+/// What is to be said of a value that is below `min` or above `max`; only then its name is asked for.
+pub fn outside(name: impl FnOnce() -> String, kind: &ValueKind, value: f64, (min, max): (f64, f64)) -> Option<Outside> {
     let (words, attribute, limit) = match value {
         value if value < min => ("below", "min", min),
         value if value > max => ("above", "max", max),
@@ -250,7 +250,7 @@ pub fn outside(name: &str, kind: &ValueKind, value: f64, (min, max): (f64, f64))
         }),
         _ => told_apart(value, limit),
     };
-    let message = format!("`{name}` is {value}, {words} its `{attribute}` {limit}");
+    let message = format!("`{}` is {value}, {words} its `{attribute}` {limit}", name());
     Some(Outside { message, is_below: attribute == "min" })
 }
 
@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn limits_are_told_apart_from_values() {
-        let said = |value, min| outside("k", &ValueKind::Real, value, (min, 1.0)).map(|said| said.message);
+        let said = |value, min| outside(|| "k".into(), &ValueKind::Real, value, (min, 1.0)).map(|said| said.message);
         assert_eq!(said(-1.0, 0.0).as_deref(), Some("`k` is -1, below its `min` 0"));
         assert_eq!(said(0.1 + 0.2, 0.0), None);
         assert_eq!(said(0.3, 0.1 + 0.2).as_deref(), Some("`k` is 0.3, below its `min` 0.30000000000000004"));

@@ -1,5 +1,6 @@
 //! What a system says about itself: names, units, places in the text.  Plain data, no references into a compiler.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A variable name over an array: text parts, each followed by the sizes of its subscripts.
@@ -27,12 +28,22 @@ impl NamePattern {
 
     /// The full name of element `k`, as Modelica writes it.
     pub fn element(&self, k: usize) -> String {
+        self.name(k).into_owned()
+    }
+
+    /// The same, without a copy where no indices have to be written: for those who read many names and keep few.
+    pub fn name(&self, mut k: usize) -> Cow<'_, str> {
+        if let [(name, dims)] = &self.parts[..]
+            && dims.is_empty()
+            && !self.derivative
+        {
+            return Cow::Borrowed(name);
+        }
         let mut text = String::new();
         if self.derivative {
             text.push_str("der(");
         }
         let mut rest = self.count();
-        let mut k = k;
         for (part, dims) in &self.parts {
             text.push_str(part);
             for (position, &size) in dims.iter().enumerate() {
@@ -48,7 +59,7 @@ impl NamePattern {
         if self.derivative {
             text.push(')');
         }
-        text
+        Cow::Owned(text)
     }
 }
 
