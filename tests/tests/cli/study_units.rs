@@ -141,6 +141,7 @@ fn a_bench_that_is_as_the_unit_says_lacks_nothing() {
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_sensor_that_lags_behind_a_unit_is_named() {
     let (folder, json, said) = searched(Hidden { valve: 0.0, sensor: 0.02, late: 0.0 });
     assert_eq!(json["status"], "sensor", "{said}");
