@@ -264,6 +264,7 @@ impl Answer for Look {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::tasks::Task;
 
     fn fit() -> Fit {
         let matrix = DMatrix::from_fn(7, 3, |i, k| (i as f64 - 3.0) / (k as f64 + 3.0));
@@ -302,6 +303,29 @@ mod tests {
         let mut record = Record::default();
         record.note("growing horizon", &fit(), 3.0);
         assert_eq!(bytes(&Record::read(&mut Reader::new(&bytes(&record))).unwrap()), bytes(&record));
+    }
+
+    #[test]
+    fn names_of_tasks_hold_all_that_decides_their_answers() {
+        let matrix = |last: f64| DMatrix::from_row_slice(1, 2, &[1.0, last]);
+        let changed = [
+            fit(),
+            Fit { xi: vec![0.1, 0.0, f64::MIN_POSITIVE / 8.0], ..fit() },
+            Fit { cost: 0.5, ..fit() },
+            Fit { fresh: true, ..fit() },
+            Fit { jacobian: None, ..fit() },
+            Fit { jacobian: Some(Jacobian::new(matrix(2.0), vec![0, 2])), ..fit() },
+            Fit { jacobian: Some(Jacobian::new(matrix(3.0), vec![0, 2])), ..fit() },
+            Fit { jacobian: Some(Jacobian::new(matrix(3.0), vec![0, 1])), ..fit() },
+        ];
+        let mut names: Vec<String> = changed.iter().map(|own| Task::new("fit".to_string()).with(own).name()).collect();
+        names.push(Task::new("fit".to_string()).name());
+        names.push(Task::new("look".to_string()).with(&fit()).name());
+        let count = names.len();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), count);
+        assert_eq!(Task::new("fit".to_string()).with(&fit()).name(), Task::new("fit".to_string()).with(&fit()).name());
     }
 
     #[test]

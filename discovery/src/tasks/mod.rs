@@ -68,12 +68,15 @@ impl Task {
     pub(crate) fn with(self, fit: &Fit) -> Self {
         let task = self.from(&fit.xi).from(&[fit.cost, f64::from(u8::from(fit.fresh))]);
         match &fit.jacobian {
-            Some(jacobian) => task.from(jacobian.matrix.as_slice()),
+            Some(jacobian) => {
+                let unknowns: Vec<f64> = jacobian.unknowns.iter().map(|&k| k as f64).collect();
+                task.from(jacobian.matrix.as_slice()).from(&unknowns)
+            }
             None => task,
         }
     }
 
-    fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         format!("{:016x}", self.hash)
     }
 }
@@ -303,6 +306,9 @@ mod tests {
         let other = table.answers.borrow()[&names[1]].clone();
         table.answers.borrow_mut().get_mut(&names[0]).unwrap()[9] ^= 1;
         table.answers.borrow_mut().get_mut(&names[2]).unwrap().truncate(11);
+        // A bit of the number itself, in front of the sum.
+        let place = table.answers.borrow()[&names[3]].len() - 10;
+        table.answers.borrow_mut().get_mut(&names[3]).unwrap()[place] ^= 1;
         let shared = Shared { crew: &Member(&table, 0), watch: &Watch::default(), longest: Duration::ZERO };
         let read = |bytes: Vec<u8>, words: &str| {
             let task = Task::new(words.to_string());
@@ -311,7 +317,7 @@ mod tests {
         };
         assert!(read(other.clone(), "cube").is_none() && read(other, "square").is_some());
         assert_eq!(squares(&Member(&table, 0), &Watch::default(), &made), [0.0, 1.0, 4.0, 9.0, 16.0]);
-        assert_eq!(made.get(), 7);
+        assert_eq!(made.get(), 8);
     }
 
     #[test]
