@@ -66,8 +66,11 @@ impl Engine for Slurm {
         if !self.active(work)?.is_empty() {
             self.cancel(work)?;
         }
-        // What stays behind is small, and does no harm.
+        // What stays behind is small, and does no harm: hints, and the empty logs of tasks that were ended when their files were there.
         let _ = std::fs::remove_dir_all(work.taken());
+        for entry in std::fs::read_dir(&work.logs).into_iter().flatten().flatten() {
+            let _ = std::fs::remove_file(entry.path());
+        }
         Ok(())
     }
 }

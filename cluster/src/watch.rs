@@ -102,9 +102,12 @@ pub fn carry_out(
         let missing: Vec<usize> = (0..tasks.len()).filter(|&task| !state.tasks[task]).collect();
         let given: Vec<Given> = missing.iter().filter_map(|&task| tasks[task].given(task)).collect();
         if given.len() == missing.len() {
+            if !given.is_empty() {
+                return Ok(Ended::GivenUp(given));
+            }
             // An engine that is out of reach now only starts tasks that find nothing to do.
             let _ = engine.dismiss(work);
-            return Ok(if given.is_empty() { Ended::Done } else { Ended::GivenUp(given) });
+            return Ok(Ended::Done);
         }
         let pause = Instant::now() + (begin.elapsed() / SHARE).clamp(SHORTEST, LONGEST);
         while Instant::now() < pause && !stop() {

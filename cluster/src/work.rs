@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 const PATIENCE: u32 = 60;
 /// Seconds after its start in which a task begins others: two seconds until the next one starts are less than a hundredth of them.
 const SPARE: u32 = 300;
+/// Tasks in a row that others have taken after which a task stops to look for more: what comes then began by itself.
+const MISSED: u32 = 100;
 
 /// What is to be done for each number.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -39,23 +41,33 @@ impl Work {
     }
 
     /// The same for an engine that is slow to start the next task: one that is done in time goes on with others, from the last to the first, that
-    /// neither began by themselves nor were taken by another.  What is taken is only a hint (a folder that stays behind does no harm):
-    /// each task begins by itself too when its turn comes, and finds that nothing is left to do.
+    /// neither began by themselves nor were taken by another.  What is taken, and the last one that was, are only hints (a folder that stays behind
+    /// does no harm): each task begins by itself too when its turn comes, and finds that nothing is left to do.
     pub(crate) fn script_that_goes_on(&self, variable: &str) -> String {
         let Some(count) = self.goes_on else { return self.script(variable) };
         let (function, taken) = (self.function(), quoted(&self.taken().display().to_string()));
         format!(
             "end=$(($(date +%s)+{SPARE}))\n\
              {function}\
-             mkdir -p {taken} && mkdir {taken}/${variable} 2>/dev/null\n\
+             mkdir {taken} 2>/dev/null\n\
+             mkdir {taken}/${variable} 2>/dev/null\n\
              task ${variable} || exit $?\n\
-             k=$(cat {taken}/next 2>/dev/null)\n\
-             case $k in ''|*[!0-9]*) k={count};; esac\n\
-             while [ \"$k\" -gt 0 ] && [ \"$(date +%s)\" -lt $end ]; do\n\
+             k={count}\n\
+             missed=0\n\
+             while :; do\n\
+             n=\n\
+             {{ read -r n <{taken}/next; }} 2>/dev/null\n\
+             case $n in ''|*[!0-9]*) ;; *) [ \"$n\" -lt \"$k\" ] && k=$n;; esac\n\
              k=$((k-1))\n\
-             mkdir {taken}/$k 2>/dev/null || continue\n\
-             echo $k >{taken}/next\n\
+             [ \"$k\" -ge 0 ] && [ \"$(date +%s)\" -lt $end ] || break\n\
+             if mkdir {taken}/$k 2>/dev/null; then\n\
+             missed=0\n\
+             echo $k >{taken}/next.${variable} && mv -f {taken}/next.${variable} {taken}/next\n\
              task $k || break\n\
+             else\n\
+             missed=$((missed+1))\n\
+             [ -d {taken}/$k ] && [ $missed -lt {MISSED} ] || break\n\
+             fi\n\
              done\n\
              exit 0\n"
         )

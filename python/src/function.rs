@@ -18,6 +18,9 @@ use crate::messages::{Message, exception, failed, rejected, stopped};
 use crate::signals::Signals;
 use crate::translated::Translated;
 
+/// Evaluators that are kept for later calls; as many threads as that hardly ever call one function at a time.
+const MOST_FREE: usize = 64;
+
 /// What is mapped to what, and how it is run.
 #[derive(FromPyObject, Clone, Debug)]
 #[pyo3(from_item_all)]
@@ -110,7 +113,9 @@ impl Function {
             false => evaluator.evaluate(values, stop),
         };
         let response = response.map(|own| (own.values().to_vec(), own.derivatives().to_vec()));
-        if let Ok(mut free) = pool.try_lock() {
+        if let Ok(mut free) = pool.try_lock()
+            && free.len() < MOST_FREE
+        {
             free.push(evaluator);
         }
         response
