@@ -55,6 +55,8 @@ pub enum Seen<'a> {
     Failed(usize, &'a str, bool),
     /// The engine is out of reach, for the first time in a row.
     Outage(&'a str),
+    /// All is done, but tasks that are not needed could not be cancelled: a sentence.
+    Left(&'a str),
 }
 
 /// A task that was given up.
@@ -105,8 +107,10 @@ pub fn carry_out(
             if !given.is_empty() {
                 return Ok(Ended::GivenUp(given));
             }
-            // An engine that is out of reach now only starts tasks that find nothing to do.
-            let _ = engine.dismiss(work);
+            if let Err(sentence) = engine.dismiss(work) {
+                let words = "jobs that are not needed any more could not be cancelled; they will find nothing to do";
+                told(Seen::Left(&format!("{words} ({sentence})")));
+            }
             return Ok(Ended::Done);
         }
         let pause = Instant::now() + (begin.elapsed() / SHARE).clamp(SHORTEST, LONGEST);
@@ -264,7 +268,8 @@ mod tests {
         }
 
         fn dismiss(&mut self, _work: &Work) -> Result<(), String> {
-            Ok(())
+            self.log.borrow_mut().push("dismiss".to_string());
+            Err("nobody answers at the end".to_string())
         }
     }
 
@@ -297,7 +302,7 @@ mod tests {
         };
         let mut told = |seen: Seen<'_>| match seen {
             Seen::Failed(task, reason, again) => log.borrow_mut().push(format!("{task} failed: {reason} ({again})")),
-            Seen::Outage(sentence) => log.borrow_mut().push(sentence.to_string()),
+            Seen::Outage(sentence) | Seen::Left(sentence) => log.borrow_mut().push(sentence.to_string()),
             _ => {}
         };
         let stop = || *questions.borrow() > stop_after;
@@ -321,6 +326,8 @@ mod tests {
             "submit [2] of w",
             &format!("1 failed: {SILENT} (true)"),
             "submit [1] of w",
+            "dismiss",
+            "jobs that are not needed any more could not be cancelled; they will find nothing to do (nobody answers at the end)",
         ];
         assert_eq!(log, expected);
     }
@@ -331,6 +338,7 @@ mod tests {
         let given = Given { task: 0, reason: "no such file".to_string() };
         assert_eq!(ended, Ok(Ended::GivenUp(vec![given])));
         assert_eq!(log.iter().filter(|line| line.starts_with("submit")).count(), 3);
+        assert!(!log.contains(&"dismiss".to_string()), "what was given up may still be made by a job that goes on");
     }
 
     #[test]

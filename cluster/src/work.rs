@@ -179,6 +179,25 @@ mod tests {
         assert_eq!(run(&all, "3"), (Some(0), "6 0 6 4 3 5 1 3 ".to_string()));
         std::fs::write(all.taken().join("next"), "").unwrap();
         assert_eq!(run(&all, "4"), (Some(0), "6 0 6 4 3 5 1 3 4 ".to_string()));
+        // Where others have got to is where it goes on, and it does not look through all that is taken.
+        let fresh = |taken: std::ops::Range<usize>, next: &str| {
+            std::fs::remove_dir_all(folder.join("logs")).unwrap();
+            std::fs::remove_file(folder.join("done")).unwrap();
+            for task in taken {
+                std::fs::create_dir_all(all.taken().join(task.to_string())).unwrap();
+            }
+            std::fs::create_dir_all(all.taken()).unwrap();
+            std::fs::write(all.taken().join("next"), next).unwrap();
+        };
+        fresh(0..0, "2\n");
+        assert_eq!(run(&all, "6"), (Some(0), "6 1 0 ".to_string()));
+        fresh(2..102, "");
+        assert_eq!(run(&work(Some(102)), "6"), (Some(0), "6 ".to_string()));
+        assert!(!all.log(2).exists());
+        // One less, and it comes to the task that fails.
+        fresh(3..102, "");
+        assert_eq!(run(&work(Some(102)), "6"), (Some(0), "6 ".to_string()));
+        assert!(all.log(2).exists());
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -1,5 +1,5 @@
 """Opens pages of `hyd view` in a headless Chromium, served and written: sliders run the model, diagrams open, keys suffice, nothing leaves the machine,
-and axe (accessibility, by Deque) finds nothing serious at 1500 and 500 pixels, light and dark.  Says how many pictures a second a dragged slider gets."""
+and axe (accessibility, by Deque) finds nothing serious: in a served page at 1500 and 500 pixels, light and dark each, in the others wide and light, narrow and dark.  Says how many pictures a second a dragged slider gets."""
 
 import importlib.resources
 import json

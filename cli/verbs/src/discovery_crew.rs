@@ -258,6 +258,7 @@ pub(crate) fn shared_search(
                 .sentence(Severity::Warning, &format!("process {member} of the search failed and {then}: {reason}"));
         }
         Seen::Outage(sentence) => listener.sentence(Severity::Warning, &format!("{sentence}; it is asked again")),
+        Seen::Left(sentence) => listener.sentence(Severity::Warning, sentence),
     };
     // What an earlier call has submitted for the same search is known by its name.
     let ended = carry_out(engine.as_mut(), &work, (patience, true), &mut done, &mut told, stop);

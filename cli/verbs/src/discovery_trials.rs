@@ -93,6 +93,7 @@ pub(crate) fn shared_trials(
             listener.sentence(Severity::Warning, &format!("set {trial} failed and {then}: {reason}"));
         }
         Seen::Outage(sentence) => listener.sentence(Severity::Warning, &format!("{sentence}; it is asked again")),
+        Seen::Left(sentence) => listener.sentence(Severity::Warning, sentence),
     };
     let patience = patience(shared);
     // What an earlier call has submitted for the same search is known by its name.

@@ -167,6 +167,7 @@ pub fn share_out(
             }
         }
         Seen::Outage(sentence) => listener.sentence(Severity::Warning, &format!("{sentence}; it is asked again")),
+        Seen::Left(sentence) => listener.sentence(Severity::Warning, sentence),
     };
     let how = (patience, sharing.resume);
     let ended = carry_out(engine.as_mut(), &work, how, &mut done, &mut told, stop).map_err(Failure::Fault)?;

@@ -165,9 +165,8 @@ impl Driver {
             |(setting, element)| {
                 let variable = &self.description.variables[setting.variable];
                 let info = self.layout.tables.variables.iter().find(|info| *info.name.parts[0].0 == *variable.name)?;
-                let (name, value) = (info.name.element(element), self.parameters[setting.first + element]);
-                given::outside(|| name.clone(), &info.kind, value, (variable.min, variable.max))
-                    .map(|outside| outside.message)
+                let (name, value) = (|| info.name.element(element), self.parameters[setting.first + element]);
+                given::outside(name, &info.kind, value, (variable.min, variable.max)).map(|outside| outside.message)
             },
         )
     }

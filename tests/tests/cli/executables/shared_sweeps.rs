@@ -229,6 +229,10 @@ fn a_job_that_is_done_goes_on_with_others() {
     // The first job makes all shards; a second one may have begun before the others were taken back.
     let begun = fs::read_to_string(queue.file("queue/begun")).unwrap();
     assert!(begun == "0\n" || begun == "0\n1\n", "{begun}");
+    let queued = fs::read_dir(queue.file("queue")).unwrap().flatten();
+    let queued: Vec<_> =
+        queued.map(|own| own.file_name()).filter(|own| own.to_string_lossy().starts_with("task.")).collect();
+    assert!(queued.is_empty(), "still in the queue: {queued:?}");
     assert!(fs::read_dir(queue.file("s/submission/logs")).unwrap().next().is_none());
 }
 
