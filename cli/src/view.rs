@@ -6,7 +6,7 @@ use crate::{Failure, output};
 
 /// Runs the verb.
 pub(crate) fn view(arguments: &View) -> Result<(), Failure> {
-    let View { files, model, set, stop, output, port, libraries, strict_units } = arguments;
+    let View { files, bench, model, set, stop, output, port, libraries, strict_units } = arguments;
     let options = hyd_view::Options {
         files: files.clone(),
         class: model.clone(),
@@ -16,6 +16,7 @@ pub(crate) fn view(arguments: &View) -> Result<(), Failure> {
         strict_units: *strict_units,
         output: output.clone(),
         port: port.unwrap_or(0),
+        bench: bench.clone(),
     };
     hyd_view::view(&options, &Terminal::TEXT, &output::print)
 }

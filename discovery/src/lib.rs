@@ -30,6 +30,7 @@ mod grid;
 mod hypothesis;
 mod import;
 mod initial;
+mod input_table;
 mod law;
 mod leftover;
 mod limits;

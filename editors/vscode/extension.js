@@ -87,12 +87,17 @@ async function run(verb, chosen, more) {
   if (chosen.document.isDirty && !(await chosen.document.save())) {
     return undefined;
   }
-  const folder = vscode.workspace.getWorkspaceFolder(chosen.document.uri);
   const file = chosen.document.uri.fsPath;
-  const words = [verb, file, "--model", chosen.name, ...libraries(folder), ...more];
-  const execution = new vscode.ProcessExecution(settings().get("path", "hyd"), words, { cwd: path.dirname(file) });
+  return task(`${verb} ${chosen.name}`, chosen.document.uri, [verb, file, "--model", chosen.name], more);
+}
+
+// Runs the program in the folder of a file; gives its exit code.
+async function task(title, uri, words, more) {
+  const folder = vscode.workspace.getWorkspaceFolder(uri);
+  const all = [...words, ...libraries(folder), ...more];
+  const execution = new vscode.ProcessExecution(settings().get("path", "hyd"), all, { cwd: path.dirname(uri.fsPath) });
   const scope = folder || vscode.TaskScope.Workspace;
-  const task = new vscode.Task({ type: "process" }, scope, `${verb} ${chosen.name}`, "hyd", execution, ["$hyd"]);
+  const task = new vscode.Task({ type: "process" }, scope, title, "hyd", execution, ["$hyd"]);
   task.presentationOptions = { clear: true, reveal: vscode.TaskRevealKind.Always };
   const started = await vscode.tasks.executeTask(task);
   return new Promise((resolve) => {
@@ -181,6 +186,66 @@ async function explain(code) {
   }
 }
 
+// The page of a model with sliders, at the address that the terminal shows, until the task is ended.
+async function view(uri, name) {
+  const chosen = await model(uri, name);
+  return chosen && run("view", chosen, []);
+}
+
+// Files below the workspace whose text holds a mark, for a choice; the one that is open in the editor comes first.
+async function candidates(pattern, mark) {
+  const found = await vscode.workspace.findFiles(pattern, "**/{node_modules,target}/**", 500);
+  const editor = vscode.window.activeTextEditor, open = editor && editor.document.uri.fsPath;
+  const holds = (uri) => {
+    try {
+      return mark.test(fs.readFileSync(uri.fsPath, "utf8"));
+    } catch {
+      // A file that has gone meanwhile is none.
+      return false;
+    }
+  };
+  const items = found.filter(holds).map((uri) => ({ label: vscode.workspace.asRelativePath(uri), uri }));
+  const isOpen = (item) => Number(item.uri.fsPath === open);
+  return items.sort((a, b) => isOpen(b) - isOpen(a) || a.label.localeCompare(b.label));
+}
+
+async function choice(items, placeHolder, missing) {
+  if (items.length === 0) {
+    vscode.window.showInformationMessage(missing);
+    return undefined;
+  }
+  return vscode.window.showQuickPick(items, { placeHolder });
+}
+
+// What a model lacks: a search with a study and a set of shots, and its report.
+async function discover() {
+  const studies = await candidates("**/*.toml", /^\s*\[channels\]/m);
+  const study = await choice(studies, "The study: which model, which channel is which variable",
+    "There is no study here: a .toml file that says which channel of a bench is which variable of a model.");
+  if (!study) {
+    return;
+  }
+  const sets = await candidates("**/*.json", /"experiments"\s*:/);
+  const set = await choice(sets, "The set of shots", "There is no set of shots here: `hyd bench import` makes one of a folder of data.");
+  if (!set) {
+    return;
+  }
+  const folder = await vscode.window.showInputBox({
+    prompt: "The folder of the report, beside the set", value: `${path.basename(set.uri.fsPath, ".json")}_report`,
+  });
+  if (!folder || !(await vscode.workspace.saveAll())) {
+    return;
+  }
+  const target = path.resolve(path.dirname(set.uri.fsPath), folder);
+  const words = ["discover", study.uri.fsPath, "--bench", set.uri.fsPath, "--report", target];
+  const code = await task(`discover ${set.label}`, study.uri, words, []);
+  const page = path.join(target, "report.html");
+  const open = "Open the report";
+  if (code === 0 && fs.existsSync(page) && (await vscode.window.showInformationMessage("The search has ended.", open)) === open) {
+    await vscode.env.openExternal(vscode.Uri.file(page));
+  }
+}
+
 async function report() {
   const found = await vscode.workspace.findFiles("**/report.html", "**/node_modules/**", 100);
   const items = found.map((uri) => ({ label: vscode.workspace.asRelativePath(uri), uri }));
@@ -196,7 +261,7 @@ async function report() {
 
 async function activate(context) {
   context.subscriptions.push(vscode.workspace.registerTextDocumentContentProvider(SCHEME, reader));
-  const commands = { simulate, plot, equations, explain, report };
+  const commands = { simulate, plot, view, equations, explain, discover, report };
   for (const [name, command] of Object.entries(commands)) {
     context.subscriptions.push(vscode.commands.registerCommand(`hyd.${name}`, command));
   }

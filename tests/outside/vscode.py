@@ -1,7 +1,8 @@
 """The extension in Visual Studio Code (code-server of npm) in a headless Chromium: messages and the change that heals one, hover, completion, renaming,
-lenses, the commands that simulate, draw and show equations, and the schema of sets of shots.  Leaves screenshots."""
+lenses, the commands that simulate, draw, show equations and search with a study, and the schema of sets of shots.  Leaves screenshots."""
 
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -36,6 +37,28 @@ TEXTS = {
     "use.hyd": "model Use\n  Swing swing(m = 3);\n  Real twice = 2*swing.x;\nend Use;\n",
     "set.json": "{\n  \"shotz\": []\n}\n",
 }
+# A vessel that empties, measured twice.
+TANK = """model Tank "empties"
+  parameter Real k(unit = "1/s", min = 0) = 0.8 "outlet";
+  parameter Real h0(unit = "m") = 1 "level at the start";
+  Real h(start = h0, fixed = true, unit = "m");
+equation
+  der(h) = -k*h;
+  annotation(experiment(StopTime = 4));
+end Tank;
+"""
+STUDY = """file = "tank.hyd"
+[models]
+default = "Tank"
+[channels]
+h_m = { variable = "h", unit = "m" }
+[conditions]
+h0 = "level"
+[nuisances]
+k = { parameter = "k", relative = 0.1 }
+[shots]
+time = "t"
+"""
 SETTINGS = {
     "security.workspace.trust.enabled": False, "workbench.startupEditor": "none", "telemetry.telemetryLevel": "off",
     "chat.disableAIFeatures": True, "extensions.autoUpdate": False, "extensions.autoCheckUpdates": False, "window.commandCenter": False,
@@ -256,6 +279,36 @@ def running(window):
     window.picture("schema")
 
 
+def lab(folder):
+    """A study with its set, of noise that repeats."""
+    folder.mkdir()
+    (folder / "tank.hyd").write_text(TANK)
+    (folder / "study.toml").write_text(STUDY)
+    for name, level in (("a", 1), ("b", 2)):
+        rows = [f"{0.02*k},{level*math.exp(-0.85*0.02*k) + 1e-3*math.sin(12.9898*k*k + level)}" for k in range(200)]
+        (folder / f"{name}.csv").write_text("t,h_m\n" + "\n".join(rows) + "\n")
+    shots = [{"file": "a.csv", "level": 1}, {"file": "b.csv", "level": 2}]
+    (folder / "tank_set.json").write_text(json.dumps({"noise_std": {"h_m": 7e-4}, "experiments": shots}))
+
+
+def discovering(window, folder):
+    """A search with a study, chosen by its files."""
+    window.open("lab/study.toml")
+    window.command("hyd: Discover with a Study")
+    window.wait(".quick-input-list .monaco-list-row", "study.toml")
+    window.chosen("", "lab/study.toml")
+    window.wait(".quick-input-list .monaco-list-row", "tank_set.json")
+    window.picture("sets")
+    window.chosen("", "lab/tank_set.json")
+    window.wait(".quick-input-widget", "The folder of the report")
+    window.press("Enter")
+    window.wait(".notification-list-item", "The search has ended")
+    window.picture("searched")
+    report = json.loads((folder / "lab/tank_set_report/report.json").read_text())
+    check(report["status"] == "adequate", f"the vessel lacks nothing: {report['status']}")
+    window.command("Notifications: Clear All Notifications")
+
+
 def drive(window):
     """A package of files."""
     window.open("single_acting_drive/drive.hyd")
@@ -276,6 +329,7 @@ def main():
         (folder / name).write_text(text)
     shutil.copytree(ROOT / "models/single_acting_drive", folder / "single_acting_drive", ignore=lambda place, names: [
         name for name in names if not name.endswith(".hyd")])
+    lab(folder / "lab")
     program = next(filter(None, map(shutil.which, ["chromium", "chromium-browser", "google-chrome", "chrome"])), None)
     check(program, "there is no Chromium")
     with Server(folder) as url, sync_playwright() as play:
@@ -287,9 +341,9 @@ def main():
         window = Window(page)
         begin = time.monotonic()
         try:
-            for part in (messages, understanding, running, drive):
+            for part in (messages, understanding, running, lambda own: discovering(own, folder), drive):
                 part(window)
-                print(f"   {part.__name__}: {time.monotonic() - begin:.0f} s", flush=True)
+                print(f"   {part.__name__.strip('<>')}: {time.monotonic() - begin:.0f} s", flush=True)
         except Exception:
             page.screenshot(path=WORK / "failed.png")
             raise

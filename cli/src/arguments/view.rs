@@ -14,9 +14,13 @@ use super::LibraryArguments;
                   `--output` writes the same as one file that needs neither hyd nor a network, in which parameters are fixed.  See docs/guides/view.md."
 )]
 pub struct View {
-    /// A model (.hyd, .mo), then results that are overlaid and the folder of a report of it; or results (.csv, .parquet, .mat); or the folder of a report
+    /// A model (.hyd, .mo), then results that are overlaid and the folder of a report of it; or a study (.toml), with --bench; or results (.csv, .parquet, .mat); or
+    /// the folder of a report
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
+    /// The set of shots of a study, drawn beside its model
+    #[arg(long, value_name = "SET.json")]
+    pub bench: Option<PathBuf>,
     /// The class to take [default: the last complete model of the file]
     #[arg(long, value_name = "CLASS")]
     pub model: Option<String>,

@@ -29,6 +29,7 @@ pub mod result_table;
 mod run;
 mod run_failure;
 pub mod share_out;
+pub mod shots;
 mod start_values;
 pub mod study;
 mod study_unit;

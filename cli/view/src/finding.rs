@@ -17,22 +17,31 @@ pub(crate) fn report_of(path: &Path) -> Option<PathBuf> {
     (file.file_name().is_some_and(|name| name == DATA) && file.is_file()).then_some(file)
 }
 
-/// Reads a report of the model `name`.
+/// The report in a file.
 ///
 /// # Errors
-/// It cannot be read, is not a report, or is one of another model.
-pub(crate) fn read(file: &Path, name: &str) -> Result<Value, Failure> {
+/// It cannot be read or is no JSON.
+pub(crate) fn parse(file: &Path) -> Result<Value, Failure> {
     let shown = file.display();
     let text = read_text(file).map_err(|error| Failure::Fault(error.to_string()))?;
     note_read(file);
-    let report: Value = serde_json::from_str(&text)
-        .map_err(|error| Failure::Fault(format!("`{shown}` is not a report of `hyd discover`: {error}")))?;
+    serde_json::from_str(&text)
+        .map_err(|error| Failure::Fault(format!("`{shown}` is not a report of `hyd discover`: {error}")))
+}
+
+/// Reads a report of the model `name`, or of any model.
+///
+/// # Errors
+/// It cannot be read, is not a report, or is one of another model.
+pub(crate) fn read(file: &Path, name: Option<&str>) -> Result<Value, Failure> {
+    let shown = file.display();
+    let report = parse(file)?;
     let (Some(model), Some(places)) = (report["model"].as_str(), report["location"].as_array()) else {
         return Err(Failure::Fault(format!(
             "`{shown}` is not a report of `hyd discover`: it names no model or no places"
         )));
     };
-    if model != name {
+    if let Some(name) = name.filter(|name| *name != model) {
         return Err(Failure::Usage(format!("`{shown}` is the report of a search in `{model}`, not in `{name}`")));
     }
     let place = |own: &Value| {
@@ -61,7 +70,7 @@ mod tests {
         let file = folder.join(DATA);
         let said = |text: &str| {
             std::fs::write(&file, text).unwrap();
-            match read(&file, "M") {
+            match read(&file, Some("M")) {
                 Ok(found) => found.to_string(),
                 Err(Failure::Fault(text) | Failure::Usage(text)) => text,
                 Err(other) => format!("{other:?}"),

@@ -4,6 +4,7 @@
 //! results and the `finding` of a search beside it), that becomes data and a `page`; `server` answers what the page asks while somebody looks at it (runs with other parameters, as
 //! bytes of `encode`) over `http`, and `guard` says who may ask.  Nothing is written but what `--output` names, and nothing leaves the machine.
 
+mod beside;
 mod diagram;
 mod encode;
 mod finding;
@@ -17,6 +18,7 @@ mod variables;
 
 use std::path::{Path, PathBuf};
 
+use hyd_compiler::Severity;
 use hyd_results::{note_read, write_whole};
 use hyd_run::{Failure, check_target, interrupt, read_text};
 use hyd_verbs::{Libraries, Listener};
@@ -46,10 +48,13 @@ pub struct Options {
     pub output: Option<PathBuf>,
     /// The port of the loopback; 0: a free one.
     pub port: u16,
+    /// The set of shots of a study.
+    pub bench: Option<PathBuf>,
 }
 
-/// The report of a search, in the folder that `hyd discover --report` writes.
+/// The report of a search, in the folder that `hyd discover --report` writes, and the shots to make next, which `hyd next --report` writes.
 const REPORT: &str = "report.html";
+const NEXT: &str = "next.html";
 
 /// Writes the page, or serves it until Ctrl-C.  `tell`: takes what goes to standard output.
 ///
@@ -66,7 +71,14 @@ pub fn view(
             return Err(Failure::Usage(format!("`{path}` is a page in one file already")));
         }
         let page = read_text(&path).map_err(|error| Failure::Fault(error.to_string()))?;
-        return serve(options.port, &path.display().to_string(), Served::Report(page), tell);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let served = Served {
+            is_report: true,
+            report: Some(page),
+            next: next(folder)?,
+            reading: written(options, folder, listener),
+        };
+        return serve(options.port, &path.display().to_string(), served, tell);
     }
     if let Some(output) = &options.output {
         let texts: Vec<&Path> = options.files.iter().map(PathBuf::as_path).collect();
@@ -75,7 +87,14 @@ pub fn view(
     let (session, data) = open(options, listener)?;
     let Some(output) = &options.output else {
         let title = session.title.clone();
-        return serve(options.port, &title, Served::Session(Reading::new(options.clone(), session, data)), tell);
+        let mut folders = options.files.iter().filter_map(|file| finding::report_of(file)?.parent().map(Path::to_path_buf));
+        let folder = folders.next_back();
+        let page = folder.as_ref().map(|folder| folder.join(REPORT)).filter(|page| page.is_file());
+        let report =
+            page.map(|page| read_text(&page)).transpose().map_err(|error| Failure::Fault(error.to_string()))?;
+        let next = folder.map_or(Ok(None), |folder| next(&folder))?;
+        let reading = Some(Reading::new(options.clone(), session, data));
+        return serve(options.port, &title, Served { is_report: false, report, next, reading }, tell);
     };
     // Only now is it known which files are read.
     check_target("--output", output, &[])?;
@@ -97,10 +116,36 @@ fn open(options: &Options, listener: &dyn Listener) -> Result<(Session, Value), 
         stop: options.stop,
         libraries: &options.libraries,
         strict_units: options.strict_units,
+        bench: options.bench.as_deref(),
     };
     let session = Session::open(&options.files, &chosen, listener)?;
     let data = page::data(&session);
     Ok((session, data))
+}
+
+/// The page of the shots to make next, if a folder has one.
+fn next(folder: &Path) -> Result<Option<String>, Failure> {
+    let page = Some(folder.join(NEXT)).filter(|page| page.is_file());
+    page.map(|page| read_text(&page)).transpose().map_err(|error| Failure::Fault(error.to_string()))
+}
+
+/// The model that a report has written, beside its shots; none where there is none, or where it can no longer be translated, which the
+/// listener is told: the report can be read all the same.
+fn written(options: &Options, folder: &Path, listener: &dyn Listener) -> Option<Reading> {
+    let model = folder.join(hyd_verbs::shots::WRITTEN_MODEL);
+    if !model.is_file() || finding::report_of(folder).is_none() {
+        return None;
+    }
+    let own = Options { files: vec![model, folder.to_path_buf()], class: None, ..options.clone() };
+    match open(&own, listener) {
+        Ok((session, data)) => Some(Reading::new(own, session, data)),
+        Err(failure) => {
+            if let Failure::Fault(text) | Failure::Usage(text) | Failure::Solver(text) = failure {
+                listener.sentence(Severity::Warning, &text);
+            }
+            None
+        }
+    }
 }
 
 /// The page of a report that is meant: itself, or the folder that holds it.

@@ -17,12 +17,13 @@ use crate::variables;
 
 const PAGE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("page/numbers.js"),
     include_str!("page/runs.js"),
     include_str!("page/plot.js"),
     include_str!("page/diagram.js"),
     include_str!("page/lists.js"),
+    include_str!("page/shots.js"),
     include_str!("page/page.js"),
 ];
 /// Characters of all diagrams of a page.
@@ -36,8 +37,9 @@ const MOST_NUMBERS: usize = 3_000_000;
 
 /// Who shows the page.
 pub(crate) enum Shown<'a> {
-    /// A server that knows these words: the token of requests, the one by which scripts are known; and the number of the reading.
-    Served { token: &'a str, nonce: &'a str, number: u64 },
+    /// A server that knows these words: the token of requests, the one by which scripts are known; the number of the reading; links to its
+    /// other pages, as HTML.
+    Served { token: &'a str, nonce: &'a str, number: u64, links: &'a str },
     /// A file, with the numbers of its runs.
     Written,
 }
@@ -55,6 +57,9 @@ pub(crate) fn data(session: &Session) -> Value {
     }
     if let Some(finding) = &session.finding {
         data["finding"] = finding.clone();
+    }
+    if let Some(beside) = &session.beside {
+        data["shots"] = beside.data();
     }
     let units = |name: &str| session.units.get(name).map_or("", String::as_str);
     let names = session.runs.iter().flat_map(|run| {
@@ -122,6 +127,7 @@ fn of_model(model: &Model) -> Value {
         "runs": model.compilation.model.is_some(),
         "length": model.length(),
         "openEnds": model.open_ends,
+        "driven": model.driven,
         "cut": is_cut,
     })
 }
@@ -152,22 +158,23 @@ fn is_value(line: &str, text: &str) -> bool {
 /// The page as HTML.
 pub(crate) fn html(session: &Session, data: &Value, shown: &Shown<'_>) -> String {
     let mut data = data.clone();
-    let (mark, policy) = match shown {
-        Shown::Served { token, nonce, number } => {
+    let (mark, policy, links) = match shown {
+        Shown::Served { token, nonce, number, links } => {
             data["token"] = (*token).into();
             data["reading"] = (*number).into();
-            (format!(" nonce=\"{nonce}\""), String::new())
+            (format!(" nonce=\"{nonce}\""), String::new(), *links)
         }
         Shown::Written => {
             data["runs"] = written_runs(session);
             let policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
-            (String::new(), format!("<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">"))
+            (String::new(), format!("<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">"), "")
         }
     };
     // In a script nothing may look like the end of the script.
     let data = data.to_string().replace("</", "<\\/").replace("<!--", "<\\!--");
     let title = hyd_doc::html::escape(&session.title);
     let page = PAGE.replace("<!--TITLE-->", &title).replacen("<!--POLICY-->", &policy, 1).replace(" data-mark", &mark);
+    let page = page.replacen("<!--PAGES-->", links, 1);
     let page = page.replacen("/*STYLE*/", STYLE, 1).replacen("/*SCRIPT*/", &SCRIPTS.join("\n"), 1);
     page.replacen("/*DATA*/null", &data, 1)
 }
@@ -176,7 +183,10 @@ pub(crate) fn html(session: &Session, data: &Value, shown: &Shown<'_>) -> String
 fn written_runs(session: &Session) -> Value {
     let mut runs = Vec::new();
     if let Some(model) = session.model.as_ref().filter(|model| model.compilation.model.is_some()) {
-        let (header, rows) = model.run(&[], &hyd_run::interrupt::requested);
+        // Where inputs were recorded, a run is that of the first shot.
+        let shots = session.beside.iter().flat_map(|beside| &beside.shots.all);
+        let shot = shots.into_iter().next().filter(|_| !model.driven.is_empty());
+        let (header, rows) = model.run(&[], shot, &hyd_run::interrupt::requested);
         let width = if rows.is_empty() { 0 } else { rows.row(0).len() };
         let wanted = wanted_first(model, width, MOST_NUMBERS / rows.len().max(1));
         runs.push(base64(&bytes(&model.numbers(header, &rows, &wanted))));

@@ -18,17 +18,79 @@ use crate::http::{self, Answer, Request};
 use crate::page::{Shown, html};
 use crate::reading::{Read, Reading, failed};
 
+/// What a page of an earlier reading is told.
+const RELOADED: &str = "another page has reloaded the files: reload this one";
 /// Time between two looks at Ctrl-C.
 const PERIOD: Duration = Duration::from_millis(50);
 /// What a page may load: its own script and style, known by a word, and answers of this server.
 const ALWAYS: &str = "default-src 'none'; img-src data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// What is served.
-pub(crate) enum Served {
+pub(crate) struct Served {
+    /// The report comes first, else the page of the session.
+    pub(crate) is_report: bool,
     /// A page made of a session.
-    Session(Reading),
+    pub(crate) reading: Option<Reading>,
     /// A report, whole as it is.
-    Report(String),
+    pub(crate) report: Option<String>,
+    /// The shots to make next.
+    pub(crate) next: Option<String>,
+}
+
+/// A page.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Page {
+    Session,
+    Report,
+    Next,
+}
+
+impl Page {
+    const ALL: [Self; 3] = [Self::Report, Self::Session, Self::Next];
+
+    /// Its address and what a link to it says.
+    fn known_as(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Session => ("/model", "model and shots"),
+            Self::Report => ("/report", "report"),
+            Self::Next => ("/next", "next shot"),
+        }
+    }
+}
+
+impl Served {
+    fn has(&self, page: Page) -> bool {
+        match page {
+            Page::Session => self.reading.is_some(),
+            Page::Report => self.report.is_some(),
+            Page::Next => self.next.is_some(),
+        }
+    }
+
+    /// The page of an address.
+    fn page_at(&self, path: &str) -> Option<Page> {
+        let first = if self.is_report { Page::Report } else { Page::Session };
+        let page = if path == "/" { Some(first) } else { Page::ALL.into_iter().find(|page| page.known_as().0 == path) };
+        page.filter(|page| self.has(*page))
+    }
+
+    /// The links to the other pages, as HTML; nothing where there is none.
+    fn links(&self, here: Page, token: &str) -> String {
+        let all = || Page::ALL.into_iter().filter(|page| self.has(*page));
+        if all().count() < 2 {
+            return String::new();
+        }
+        let link = |page: Page| {
+            let (path, words) = page.known_as();
+            if page == here {
+                format!("<b aria-current=\"page\">{words}</b>")
+            } else {
+                format!("<a href=\"{path}?token={token}\">{words}</a>")
+            }
+        };
+        let links: Vec<String> = all().map(link).collect();
+        format!("<nav class=\"pages\" aria-label=\"Pages of this report\">{}</nav>", links.join(" "))
+    }
 }
 
 /// Takes a port of the loopback, any free one for 0.
@@ -54,7 +116,8 @@ pub(crate) fn listen(port: u16) -> Result<(TcpListener, u16), String> {
 /// No thread can be started.
 pub(crate) fn serve(listener: TcpListener, guard: Guard, served: Served) -> Result<(), String> {
     interrupt::listen();
-    let server = Server { guard, served, newest: AtomicU64::new(0), last: Mutex::new(None) };
+    let server =
+        Server { guard, served, newest: AtomicU64::new(0), newest_shots: AtomicU64::new(0), last: Mutex::new(None) };
     http::serve(listener, move |request| server.answer(request))
         .map_err(|error| format!("no thread can be started: {error}"))?;
     while !interrupt::requested() {
@@ -67,6 +130,7 @@ pub(crate) fn serve(listener: TcpListener, guard: Guard, served: Served) -> Resu
 struct Last {
     reading: u64,
     set: Value,
+    shot: Option<u64>,
     header: Value,
     rows: Trajectory,
 }
@@ -76,6 +140,8 @@ struct Server {
     served: Served,
     /// Number of the newest question for a run.
     newest: AtomicU64,
+    /// Number of the newest question for all shots.
+    newest_shots: AtomicU64,
     last: Mutex<Option<Last>>,
 }
 
@@ -93,13 +159,42 @@ impl Server {
         if let Err(reason) = self.guard.admit(&asked) {
             return Answer::words(403, &format!("refused: {reason}"));
         }
-        match (request.method.as_str(), request.path.as_str(), &self.served) {
-            ("GET", "/", Served::Session(reading)) => {
+        match (request.method.as_str(), request.path.as_str(), &self.served.reading) {
+            ("GET", path, _) => match self.served.page_at(path) {
+                Some(page) => self.page(page, request),
+                None => Answer::words(404, "there is nothing here"),
+            },
+            ("POST", "/run" | "/shots", Some(reading)) => match serde_json::from_slice::<Value>(&request.body) {
+                Ok(body) => {
+                    let (kind, read) = ("application/octet-stream", reading.newest());
+                    let numbers =
+                        if request.path == "/run" { self.numbers(&read, &body) } else { self.shots(&read, &body) };
+                    Answer { status: 200, kind, policy: None, body: bytes(&numbers) }
+                }
+                Err(_) => Answer::words(400, "the question is no JSON"),
+            },
+            _ => Answer::words(404, "there is nothing here"),
+        }
+    }
+
+    fn page(&self, page: Page, request: &Request) -> Answer {
+        let links = self.served.links(page, self.guard.token());
+        // A report that was written without links to pages of a server gets them before all else.
+        let linked = |page: &str| {
+            let style = "<style>nav.pages { padding: 6px 20px; display: flex; gap: 14px; font: 14px/1.5 system-ui, sans-serif; }</style>";
+            page_of(page.replacen("<body>", &format!("<body>{style}{links}"), 1), "'unsafe-inline'".to_string())
+        };
+        match (page, &self.served) {
+            (Page::Report, Served { report: Some(page), .. }) | (Page::Next, Served { next: Some(page), .. }) => {
+                linked(page)
+            }
+            (_, Served { reading: Some(reading), .. }) => {
                 let nonce = match random() {
                     Ok(nonce) => nonce,
                     Err(reason) => return Answer::words(500, &reason),
                 };
-                let shown = |number| Shown::Served { token: self.guard.token(), nonce: &nonce, number };
+                let token = self.guard.token();
+                let shown = |number| Shown::Served { token, nonce: &nonce, number, links: &links };
                 // What decides sizes or structure is set by the address of the page: the model is translated with it.
                 let set = request.asked("set");
                 let set = set.filter_map(|own| own.split_once('=').map(|(name, value)| (name.into(), value.into())));
@@ -112,23 +207,35 @@ impl Server {
                 };
                 page_of(page, format!("'nonce-{nonce}'"))
             }
-            ("GET", "/", Served::Report(page)) => page_of(page.clone(), "'unsafe-inline'".to_string()),
-            ("POST", "/run", Served::Session(reading)) => match serde_json::from_slice::<Value>(&request.body) {
-                Ok(body) => {
-                    let kind = "application/octet-stream";
-                    Answer { status: 200, kind, policy: None, body: bytes(&self.numbers(&reading.newest(), &body)) }
-                }
-                Err(_) => Answer::words(400, "the question is no JSON"),
-            },
             _ => Answer::words(404, "there is nothing here"),
         }
     }
 
-    /// The answer to `{"reading": n, "set": {...}, "columns": [...]}` or `{"reading": n, "file": k, "columns": [...]}`.
+    /// The answer to `{"reading": n, "set": {...}, "shot": k}`: how far all shots are from what was measured, and the curves of one of them.
+    fn shots(&self, read: &Read, body: &Value) -> Numbers {
+        let Some(beside) = &read.session.beside else { return refused("there are no shots") };
+        if body["reading"] != read.number {
+            return refused(RELOADED);
+        }
+        let Some(model) = &read.session.model else { return refused("there is no model that can be run") };
+        let number = self.newest_shots.fetch_add(1, Ordering::Relaxed) + 1;
+        let stopped = || self.newest_shots.load(Ordering::Relaxed) != number || interrupt::requested();
+        let mut set = model.set.clone();
+        for own in changed(body) {
+            set.retain(|(name, _)| *name != own.0);
+            set.push(own);
+        }
+        if let Err(words) = model.within_limits(&set) {
+            return refused(&words);
+        }
+        beside.answer(&set, body["shot"].as_u64().unwrap_or(0) as usize, &stopped)
+    }
+
+    /// The answer to `{"reading": n, "set": {...}, "columns": [...]}`, with `"shot": k` under the conditions of a shot, or `{"reading": n, "file": k, "columns": [...]}`.
     fn numbers(&self, read: &Read, body: &Value) -> Numbers {
         let session = &read.session;
         if body["reading"] != read.number {
-            return refused("another page has reloaded the files: reload this one");
+            return refused(RELOADED);
         }
         let wanted = body["columns"].as_array().into_iter().flatten().filter_map(Value::as_u64);
         let wanted: Vec<usize> = wanted.map(|k| k as usize).collect();
@@ -143,27 +250,35 @@ impl Server {
         let stopped = || self.newest.load(Ordering::Relaxed) != number || interrupt::requested();
         // A run that panicked has left nothing half done: the rows before it still count.
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        let set = &body["set"];
-        if last.as_ref().is_none_or(|own| own.reading != read.number || own.set != *set) {
-            let changed = set.as_object().into_iter().flatten();
-            let changed: Vec<(String, String)> =
-                changed.filter_map(|(name, value)| Some((name.clone(), value.as_str()?.to_string()))).collect();
+        let (set, chosen) = (&body["set"], body["shot"].as_u64());
+        if last.as_ref().is_none_or(|own| own.reading != read.number || own.set != *set || own.shot != chosen) {
+            let changed = changed(body);
             let interrupted =
                 || Numbers { header: json!({"status": "interrupted", "message": ""}), ..Numbers::default() };
             if stopped() {
                 return interrupted();
             }
-            let (header, rows) = model.run(&changed, &stopped);
+            let shot = chosen.and_then(|shot| session.beside.as_ref()?.shots.all.get(shot as usize));
+            if shot.is_none() && !model.driven.is_empty() {
+                return refused("its inputs were recorded in the shots: choose a shot");
+            }
+            let (header, rows) = model.run(&changed, shot, &stopped);
             if header["status"] == "interrupted" {
                 return interrupted();
             }
-            *last = Some(Last { reading: read.number, set: set.clone(), header, rows });
+            *last = Some(Last { reading: read.number, set: set.clone(), shot: chosen, header, rows });
         }
         match &*last {
             Some(own) => model.numbers(own.header.clone(), &own.rows, &wanted),
             None => refused("there was no run"),
         }
     }
+}
+
+/// The parameters that a question sets.
+fn changed(body: &Value) -> Vec<(String, String)> {
+    let set = body["set"].as_object().into_iter().flatten();
+    set.filter_map(|(name, value)| Some((name.clone(), value.as_str()?.to_string()))).collect()
 }
 
 fn page_of(page: String, own: String) -> Answer {

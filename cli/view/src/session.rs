@@ -1,6 +1,9 @@
 //! What is looked at: a model that can be run again, and results of files beside it.
 
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use hyd_compiler::inquiry::of_instances;
 use hyd_compiler::render::render;
@@ -9,12 +12,16 @@ use hyd_results::{Table, Trajectory};
 use hyd_run::{
     BackendName, Failure, InputArguments, RunArguments, Selection, Solver, Status, clock, parameters, read_text,
 };
-use hyd_system::{DaeSystem, Place, ValueKind};
+use hyd_system::{DaeSystem, Hold, Inputs, Place, Series, ValueKind};
 use hyd_verbs::result_table::read_runs;
 use hyd_verbs::unit::is_unit;
 use hyd_verbs::{Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
 use serde_json::{Map, Value, json};
 
+use hyd_verbs::shots::{Shot, driven_by, is_written_model};
+use hyd_verbs::study::{StudyFiles, open as open_study};
+
+use crate::beside::Beside;
 use crate::diagram::extract::{Extracted, extract};
 use crate::encode::Numbers;
 use crate::finding;
@@ -36,6 +43,10 @@ pub(crate) struct Model {
     pub(crate) stop: Option<f64>,
     /// Connectors and inputs that lack what is connected to them: the model is a component, and cannot be run.
     pub(crate) open_ends: Vec<String>,
+    /// The text.
+    pub(crate) text: String,
+    /// Inputs that follow records of shots: without a shot it cannot be run.
+    pub(crate) driven: Vec<String>,
 }
 
 /// A run that a file holds.
@@ -51,6 +62,8 @@ pub(crate) struct Session {
     pub(crate) runs: Vec<FileRun>,
     /// What a search says of the model.
     pub(crate) finding: Option<Value>,
+    /// Shots of a bench beside the model.
+    pub(crate) beside: Option<Beside>,
     /// Name and unit of each variable of the files.
     pub(crate) units: std::collections::BTreeMap<String, String>,
 }
@@ -62,6 +75,8 @@ pub(crate) struct Chosen<'a> {
     pub(crate) stop: Option<f64>,
     pub(crate) libraries: &'a Libraries,
     pub(crate) strict_units: bool,
+    /// The set of shots of a study.
+    pub(crate) bench: Option<&'a Path>,
 }
 
 fn ends_in(file: &Path, endings: &[&str]) -> bool {
@@ -76,11 +91,12 @@ impl Session {
     /// Why there is nothing to look at.
     pub(crate) fn open(files: &[PathBuf], chosen: &Chosen<'_>, listener: &dyn Listener) -> Result<Self, Failure> {
         let is_model = |file: &PathBuf| ends_in(file, &["hyd", "mo"]);
+        let is_study = |file: &PathBuf| ends_in(file, &["toml"]);
         let Some(first) = files.first() else { return Err(Failure::Usage("no file is given".to_string())) };
-        if let Some(other) = files[1..].iter().find(|file| is_model(file)) {
+        if let Some(other) = files[1..].iter().find(|file| is_model(file) || is_study(file)) {
             let other = other.display();
             return Err(Failure::Usage(format!(
-                "`{other}`: only the first file may be a model; further ones are results that are overlaid"
+                "`{other}`: only the first file may be a model or a study; further ones are results that are overlaid"
             )));
         }
         for file in files {
@@ -91,17 +107,38 @@ impl Session {
                 )));
             }
             if !is_model(file)
+                && !is_study(file)
                 && finding::report_of(file).is_none()
                 && !ends_in(file, &["csv", "parquet", "mat"])
                 && !file.is_dir()
             {
                 let file = file.display();
                 return Err(Failure::Usage(format!(
-                    "`{file}`: models end in .hyd or .mo, results in .csv, .parquet or .mat"
+                    "`{file}`: models end in .hyd or .mo, studies in .toml, results in .csv, .parquet or .mat"
                 )));
             }
         }
-        let model = if is_model(first) { Some(Model::open(first, chosen, listener)?) } else { None };
+        let (mut model, mut beside) = (None, None);
+        if is_study(first) {
+            let (own, shots) = Model::of_study(first, chosen, listener)?;
+            (model, beside) = (Some(own), Some(shots));
+        } else if is_model(first) {
+            let reports = files[1..].iter().filter_map(|file| finding::report_of(file));
+            let written = reports.filter(|report| is_written_model(report, first)).collect::<Vec<_>>();
+            let report = written.first().map(|report| finding::parse(report)).transpose()?;
+            let driven = report.as_ref().map(driven_by).unwrap_or_default();
+            let own = Model::open(first, chosen, &driven, listener)?;
+            if let (Some(report), Some(file)) = (&report, written.first()) {
+                beside = Beside::of_report(file, report, &own, chosen.libraries, listener)?;
+            }
+            model = Some(own);
+        }
+        if chosen.bench.is_some() && !is_study(first) {
+            let first = first.display();
+            return Err(Failure::Usage(format!(
+                "`{first}`: --bench belongs to a study (.toml), which says what its channels are"
+            )));
+        }
         let mut session = Session {
             title: match &model {
                 Some(model) => model.compilation.model_name.as_deref().unwrap_or_default().to_string(),
@@ -110,6 +147,7 @@ impl Session {
             model,
             runs: Vec::new(),
             finding: None,
+            beside,
             units: std::collections::BTreeMap::new(),
         };
         for file in &files[usize::from(session.model.is_some())..] {
@@ -127,7 +165,8 @@ impl Session {
             if session.finding.is_some() {
                 return Err(Failure::Usage("a page shows the finding of one search".to_string()));
             }
-            session.finding = Some(finding::read(&report, name)?);
+            let written = session.model.as_ref().is_some_and(|model| is_written_model(&report, &model.file));
+            session.finding = Some(finding::read(&report, (!written).then_some(name))?);
         }
         Ok(session)
     }
@@ -202,10 +241,47 @@ fn not_numbers<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 impl Model {
-    fn open(file: &Path, chosen: &Chosen<'_>, listener: &dyn Listener) -> Result<Self, Failure> {
+    /// The model of a study, and the shots beside it.
+    fn of_study(study: &Path, chosen: &Chosen<'_>, listener: &dyn Listener) -> Result<(Self, Beside), Failure> {
+        let Some(bench) = chosen.bench else {
+            let study = study.display();
+            return Err(Failure::Usage(format!("`{study}` is a study: --bench SET.json names its set of shots")));
+        };
+        let files = StudyFiles {
+            study: study.to_path_buf(),
+            bench: bench.to_path_buf(),
+            libraries: chosen.libraries.clone(),
+            threads: NonZeroUsize::new(1),
+            host: None,
+        };
+        let opened = open_study(&files, listener)?;
+        if opened.unit.is_some() {
+            let file = opened.model_file.display();
+            return Err(Failure::Usage(format!(
+                "`{file}` is a unit of another tool: there is no text that could be shown"
+            )));
+        }
+        let class = chosen.class.unwrap_or(&opened.class);
+        if class != opened.class {
+            return Err(Failure::Usage(format!(
+                "the model of this study and set is `{}`, not `{class}`",
+                opened.class
+            )));
+        }
+        let shots = opened.setup.bench.shots.iter();
+        let driven: BTreeSet<String> = shots.flat_map(|shot| shot.inputs.keys().cloned()).collect();
+        let driven: Vec<String> = driven.into_iter().collect();
+        let chosen = Chosen { class: Some(class), ..*chosen };
+        let model = Self::open(&opened.model_file, &chosen, &driven, listener)?;
+        let beside = Beside::of_study(&opened, &model, chosen.libraries, listener)?;
+        Ok((model, beside))
+    }
+
+    /// `driven`: names of inputs that shots have recorded.
+    fn open(file: &Path, chosen: &Chosen<'_>, driven: &[String], listener: &dyn Listener) -> Result<Self, Failure> {
         let text = read_text(file).map_err(|error| Failure::Fault(error.to_string()))?;
         let name = file.display().to_string();
-        let extras = Extras { strict_units: chosen.strict_units, ..Extras::default() };
+        let extras = Extras { strict_units: chosen.strict_units, driven, ..Extras::default() };
         let set = chosen.set.to_vec();
         let request = Request { class: chosen.class.map(str::to_string), set: set.clone(), goal: Goal::Run };
         let mut sources = chosen.libraries.path(file, &text).map_err(Failure::Fault)?;
@@ -223,7 +299,8 @@ impl Model {
             listener.diagnostics(&files, &diagnostics);
             Failure::Reported
         })?;
-        Ok(Self { file: file.to_path_buf(), compilation, extracted, set, stop: chosen.stop, open_ends })
+        let driven = driven.to_vec();
+        Ok(Self { file: file.to_path_buf(), compilation, extracted, set, stop: chosen.stop, open_ends, text, driven })
     }
 
     /// Values of all parameters where nothing but `set` is changed; none for a model that cannot be run.
@@ -267,15 +344,23 @@ impl Model {
         reals.take(FEW).map(|own| own.column.name).collect()
     }
 
-    /// Runs the model with some parameters changed; gives its rows and its summary.
-    pub(crate) fn run(&self, changed: &[(String, String)], stopped: &dyn Fn() -> bool) -> (Value, Trajectory) {
+    /// Runs the model with some parameters changed, under the conditions of a shot if one is given; gives its rows and its summary.
+    pub(crate) fn run(
+        &self,
+        changed: &[(String, String)],
+        shot: Option<&Shot>,
+        stopped: &dyn Fn() -> bool,
+    ) -> (Value, Trajectory) {
         let begin = clock::wall_seconds();
-        let mut set: Vec<(String, String)> =
-            self.set.iter().filter(|(name, _)| changed.iter().all(|(other, _)| other != name)).cloned().collect();
-        set.extend_from_slice(changed);
+        let conditions = shot.map_or(&[][..], |shot| &shot.set);
+        let mut set: Vec<(String, String)> = Vec::new();
+        for own in conditions.iter().chain(&self.set).chain(changed) {
+            set.retain(|(name, _)| *name != own.0);
+            set.push(own.clone());
+        }
         let arguments = RunArguments {
-            start: None,
-            stop: self.stop,
+            start: shot.map(|shot| shot.span.0),
+            stop: shot.map(|shot| shot.span.1).or(self.stop),
             tolerance: None,
             intervals: None,
             every_step: false,
@@ -297,7 +382,7 @@ impl Model {
             units: None,
             compilation,
             set: &set,
-            table: None,
+            table: shot.and_then(|shot| shot.table.as_ref()),
             arguments: &arguments,
             drawn: false,
             translate_s: 0.0,
@@ -333,11 +418,18 @@ impl Model {
     }
 
     /// `Err`: which parameter is outside of its limits.  A run does not ask, for the translation does where `--set` gives values.
-    fn within_limits(&self, set: &[(String, String)]) -> Result<(), String> {
+    pub(crate) fn within_limits(&self, set: &[(String, String)]) -> Result<(), String> {
         let Some(model) = &self.compilation.model else { return Ok(()) };
         let mut system = model.instantiate();
         parameters::apply(&mut system, set, &self.compilation.set_at_translation)?;
         let start = model.payload().experiment.start.unwrap_or(0.0);
+        // Recorded inputs change no parameter, but without any nothing is bound.
+        for input in 0..system.structure().inputs.len() {
+            let still = Series::new(vec![start, start + 1.0], vec![0.0, 0.0], Hold::Linear).map(Arc::new);
+            if let Ok(still) = still {
+                let _ = system.set_input(input, &still);
+            }
+        }
         // What fails here fails in the run, which says why.
         let _ = system.bind(start);
         parameters::outside(&model.payload().parameters.limits, &system).map_or(Ok(()), Err)

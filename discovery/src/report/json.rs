@@ -86,8 +86,16 @@ fn units(scene: &Scene<'_>) -> Vec<Value> {
 /// Files for runs of the model that was written.
 pub(super) fn run<'a>(shots: &[ShotFiles], data: impl Iterator<Item = &'a String>) -> Value {
     let shots = shots.iter().map(|own| {
+        let holds: Map<String, Value> =
+            own.holds.iter().map(|(name, hold)| (name.clone(), hold.name().into())).collect();
+        let shown = own.shown.iter().map(|channel| {
+            // A range that does not end is null.
+            json!({"channel": channel.name, "expression": channel.expression, "gain": channel.gain, "offset": channel.offset,
+                "late": channel.late, "clock": channel.clock, "limits": [number(channel.limits.0), number(channel.limits.1)]})
+        });
         json!({"shot": own.number, "parameters": own.file, "inputs": own.inputs.as_ref().map(|(name, _)| name),
-            "options": own.options.trim_start()})
+            "options": own.options.trim_start(), "holds": holds, "start": own.span.0, "stop": own.span.1,
+            "heldout": !own.is_fitted, "shown": shown.collect::<Vec<_>>()})
     });
     json!({"model": Report::MODEL, "shots": shots.collect::<Vec<_>>(), "data": data.collect::<Vec<_>>()})
 }
@@ -286,12 +294,14 @@ fn effects(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         for (k, unknown) in
             problem.unknowns.iter().enumerate().filter(|(_, u)| u.effect.is_some_and(|part| part.effect == number_of))
         {
-            let Meaning::Value { prior, .. } = &unknown.meaning else { continue };
+            let Meaning::Value { places, prior } = &unknown.meaning else { continue };
             let error = pass.fit.standard_error(k).map_or(f64::NAN, |error| error * prior.slope(pass.fit.xi[k]).abs());
             let name = unknown.name.strip_prefix(&format!("{}.", effect.id)).unwrap_or(&unknown.name);
             parameters.insert(
                 name.to_string(),
-                json!({"value": number(prior.value(pass.fit.xi[k])), "stderr": number(error)}),
+                json!({"value": number(prior.value(pass.fit.xi[k])), "stderr": number(error),
+                    "unit": places.first().map(|&place| problem.machine.unit(&problem.places[place]).to_string()),
+                    "parameters": places.iter().map(|&place| problem.places[place].name()).collect::<Vec<_>>()}),
             );
         }
         json!({"id": &*effect.id, "effect": candidate.label(), "kind": effect.kind.word(), "component": site.path, "equation": &*effect.words,

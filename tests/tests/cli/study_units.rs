@@ -204,6 +204,7 @@ fn what_a_unit_is_given_lags_and_is_named() {
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_trigger_of_a_unit_that_comes_late_is_named() {
     let (_, json, said) = searched(Hidden { valve: 0.0, sensor: 0.0, late: 0.012 });
     assert_eq!(json["status"], "sensor", "{said}");

@@ -27,7 +27,7 @@ const CIRCUIT: &str = "package P\n  connector Pin\n    Real v(unit = \"V\");\n  
 
 /// The data of a page.
 #[track_caller]
-fn data(page: &str) -> Value {
+pub(crate) fn data(page: &str) -> Value {
     let (_, rest) = page.split_once(">const DATA = ").expect("data");
     let (text, _) = rest.split_once(";</script>").expect("the end of the data");
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
@@ -171,14 +171,14 @@ fn mistakes_end_in_words() {
 }
 
 /// A server and where it is.
-struct Viewer {
+pub(crate) struct Viewer {
     child: Child,
     port: u16,
     token: String,
 }
 
 impl Viewer {
-    fn start(folder: &Path, arguments: &[&str]) -> Self {
+    pub(crate) fn start(folder: &Path, arguments: &[&str]) -> Self {
         let mut child = command(folder, &[&["view"], arguments].concat()).stdout(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
@@ -200,15 +200,23 @@ impl Viewer {
     }
 
     fn page(&self) -> String {
-        let head = format!("GET /?token={} HTTP/1.1\r\nHost: 127.0.0.1:{}", self.token, self.port);
+        self.page_at("/")
+    }
+
+    pub(crate) fn page_at(&self, path: &str) -> String {
+        let head = format!("GET {path}?token={} HTTP/1.1\r\nHost: 127.0.0.1:{}", self.token, self.port);
         let (status, body) = self.ask(&head, "");
-        assert_eq!(status, 200);
+        assert_eq!(status, 200, "{path}");
         String::from_utf8(body).unwrap()
     }
 
     /// The header of a run and its columns.
     fn run(&self, body: &Value) -> (Value, Vec<Vec<f32>>) {
-        let head = format!("POST /run HTTP/1.1\r\nHost: localhost:{}\r\nX-Hyd-Token: {}", self.port, self.token);
+        self.numbers("/run", body)
+    }
+
+    pub(crate) fn numbers(&self, path: &str, body: &Value) -> (Value, Vec<Vec<f32>>) {
+        let head = format!("POST {path} HTTP/1.1\r\nHost: localhost:{}\r\nX-Hyd-Token: {}", self.port, self.token);
         let (status, bytes) = self.ask(&head, &body.to_string());
         assert_eq!(status, 200);
         let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;

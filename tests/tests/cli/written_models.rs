@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::process::{Scratch, run};
+use crate::view::{Viewer, data};
 
 /// A vessel that is fed by a recorded flow, with a second flow from a table of its own and a condition of the shot.
 const RIG: &str = "partial block PartialWall
@@ -84,9 +85,14 @@ fn input(shot: usize, t: f64) -> f64 {
     0.4 * ((2.0 + shot as f64) * t).cos()
 }
 
-/// The level by the equation with `k = 0.85` and `c = 0.06`, integrated here (Runge and Kutta's classical method).
+/// The level by the equation with the true numbers.
 fn level(shot: usize, k: i32) -> f64 {
-    let (feed, noted, off, first, _) = SHOTS[shot];
+    level_of(shot, k, (0.85, 0.06, SHOTS[shot].2))
+}
+
+/// The same with an outlet, what seeps, and how far the level is from what was noted, integrated here (Runge and Kutta's classical method).
+fn level_of(shot: usize, k: i32, (outlet, seeps, off): (f64, f64, f64)) -> f64 {
+    let (feed, noted, _, first, _) = SHOTS[shot];
     let begin = STEP * f64::from(first);
     // The record of the input begins with the first sample and acts later; its table is read as a polygon of this step.
     let polygon = |f: &dyn Fn(f64) -> f64, t: f64| {
@@ -94,7 +100,7 @@ fn level(shot: usize, k: i32) -> f64 {
         f(cell) + (f(cell + STEP) - f(cell)) * (t - cell) / STEP
     };
     let acting = |t: f64| polygon(&|t| input(shot, t), (t - 0.01).max(begin));
-    let rate = |t: f64, h: f64| feed + acting(t) + polygon(&wind, t.max(0.0)) - 0.85 * h - 0.06 * h * h * h;
+    let rate = |t: f64, h: f64| feed + acting(t) + polygon(&wind, t.max(0.0)) - outlet * h - seeps * h * h * h;
     let (mut t, mut h, dt) = (begin, noted + off, STEP / 10.0);
     while t < STEP * f64::from(k) - 0.5 * dt {
         let a = rate(t, h);
@@ -245,6 +251,103 @@ fn runs_of_the_written_model_are_the_curves_of_the_report() {
     let command = stdout.lines().last().unwrap();
     let begin = "to run it: hyd simulate 'my report/discovered.hyd' --parameters 'my report/shots/shot_";
     assert!(command.starts_with(begin) && command.contains(" --input 'my report/shots/shot_"), "{command}");
+    shots_stand_beside_the_written_model(&place, &report, &curves);
+    // With the folder alone comes the report, with a link to the model.
+    let viewer = Viewer::start(&place, &["."]);
+    assert!(viewer.page_at("/").contains("<a href=\"/model?token="), "a link to the model");
+    assert!(viewer.page_at("/model").contains("<a href=\"/report?token="), "a link to the report");
+    // A report whose curves are cut off is refused with the line.
+    let table = std::fs::read_to_string(place.join("trajectories.csv")).unwrap();
+    let cut: String = table.lines().take(100).map(|line| format!("{line}\n")).collect();
+    std::fs::write(place.join("trajectories.csv"), cut).unwrap();
+    let refused = run(&place, &["view", "discovered.hyd", ".", "--output", "page.html"]);
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+    assert!(refused.stderr.contains("it has the curves of 1 shots, and `report.json` 4"), "{}", refused.stderr);
+}
+
+/// The page of the written model: curves of the report, and how far they are from what was measured, whatever the size of what was found.
+fn shots_stand_beside_the_written_model(place: &Path, report: &Value, curves: &BTreeMap<u64, Vec<(f64, f64)>>) {
+    let numbers = |own: &Value| -> Vec<f64> {
+        own.as_array().unwrap().iter().map(|own| own.as_f64().unwrap_or(f64::NAN)).collect()
+    };
+    let viewer = Viewer::start(place, &["discovered.hyd", "."]);
+    let page = data(&viewer.page_at("/"));
+    let shots = page["shots"]["all"].as_array().unwrap();
+    let found = report["effects"][0]["parameters"]["c"].clone();
+    assert_eq!(found["parameters"], json!(["wall.c"]));
+    assert_eq!(page["shots"]["sizes"], json!([{"name": "wall.c", "words": "seeps through the wall"}]));
+    for (shot, (number, wanted)) in shots.iter().zip(curves) {
+        assert_eq!(shot["number"].as_u64(), Some(*number));
+        let trace = &shot["traces"][0];
+        let (measured, now) = (numbers(&trace["measured"]), numbers(&trace["now"]));
+        let far = now.iter().zip(wanted).map(|(now, (_, wanted))| (now - wanted).abs()).fold(0.0, f64::max);
+        // What a chain adds is taken from the curves of the report.
+        assert!(now.len() == wanted.len() && far < 1e-6, "shot {number}: {far} mm away from the report");
+        let squares: f64 = measured.iter().zip(&now).map(|(measured, now)| (measured - now).powi(2)).sum();
+        let away = (squares / measured.len() as f64).sqrt();
+        let said = shot["deviations"][0].as_f64().unwrap();
+        assert!((said - away).abs() < 1e-9 && (0.8..1.2).contains(&said), "shot {number}: {said}, not {away}");
+        assert!(trace["before"].as_f64().unwrap() > 1.5 * said, "{trace}");
+    }
+    // Half of what seeps is missing again: by the equation, with the numbers that were fitted.
+    let (header, columns) = viewer.numbers("/shots", &json!({"reading": 1, "shot": 2, "set": {"wall.c": "0"}}));
+    assert_eq!(header["status"], "done", "{header}");
+    let whole = numbers(&shots[2]["traces"][0]["now"]);
+    let less: Vec<f64> = columns[0].iter().map(|value| f64::from(*value)).collect();
+    assert!(less.iter().zip(&whole).skip(50).all(|(less, whole)| less > whole), "without the leak the level is higher");
+    for (shot, deviations) in shots.iter().zip(header["deviations"].as_array().unwrap()) {
+        assert!(deviations[0].as_f64().unwrap() > 3.0 * shot["deviations"][0].as_f64().unwrap(), "{header}");
+    }
+    let (refused, _) = viewer.numbers("/shots", &json!({"reading": 1, "shot": 0, "set": {"wall.s": "-1"}}));
+    assert!(refused["status"] == "refused" && refused["message"].as_str().unwrap().contains("wall.s"), "{refused}");
+    // The model itself needs the record of a shot.
+    let (refused, _) = viewer.numbers("/run", &json!({"reading": 1, "set": {}, "columns": []}));
+    assert!(refused["message"].as_str().unwrap().contains("choose a shot"), "{refused}");
+    let h = page["variables"].as_array().unwrap().iter().find(|own| own["n"] == "h").unwrap()["o"][0].clone();
+    let (ran, columns) = viewer.numbers("/run", &json!({"reading": 1, "set": {}, "shot": 3, "columns": [h]}));
+    assert_eq!(ran["status"], "done", "{ran}");
+    let last = f64::from(*columns[0].last().unwrap());
+    assert!((last - level(3, SHOTS[3].4)).abs() < 0.02, "{last}");
+}
+
+#[test]
+fn shots_of_a_study_stand_beside_its_model() {
+    let folder = rig();
+    let arguments = ["lab/study.toml", "--bench", "set.json", "--library", "lab"];
+    let viewer = Viewer::start(folder.path(), &arguments);
+    let page = data(&viewer.page_at("/"));
+    let shots = page["shots"]["all"].as_array().unwrap();
+    assert_eq!((shots.len(), &page["finding"]), (4, &Value::Null));
+    let compare = |k: usize, curve: &[f64], outlet: f64| {
+        for (sample, shown) in (SHOTS[k].3..=SHOTS[k].4).zip(curve) {
+            let wanted = 1e3 * level_of(k, sample, (outlet, 0.0, 0.0));
+            assert!((shown - wanted).abs() < 0.5, "shot {k}, sample {sample}: {shown} instead of {wanted}");
+        }
+    };
+    for (k, shot) in shots.iter().enumerate() {
+        let now = shot["traces"][0]["now"].as_array().unwrap_or_else(|| panic!("{}", shot["message"]));
+        let now: Vec<f64> = now.iter().map(|own| own.as_f64().unwrap()).collect();
+        compare(k, &now, 0.8);
+        assert!(shot["deviations"][0].as_f64().unwrap() > 3.0, "{shot}");
+        assert_eq!(shot["traces"][0]["base"], Value::Null);
+    }
+    let (header, columns) = viewer.numbers("/shots", &json!({"reading": 1, "shot": 1, "set": {"k": "0.9"}}));
+    assert_eq!(header["status"], "done", "{header}");
+    let now: Vec<f64> = columns[0].iter().map(|value| f64::from(*value)).collect();
+    compare(1, &now, 0.9);
+    // Files and words that do not fit.
+    for (files, words) in [
+        (&["lab/study.toml", "--library", "lab"][..], "is a study: --bench SET.json names its set of shots"),
+        (&["lab/rig.hyd", "--bench", "set.json"], "--bench belongs to a study"),
+        (&["lab/rig.hyd", "lab/study.toml"], "only the first file may be a model or a study"),
+    ] {
+        let refused = run(folder.path(), &[&["view"], files].concat());
+        assert!(refused.code == Some(2) && refused.stderr.contains(words), "{}", refused.stderr);
+    }
+    // As a file: the first shot with its record, and nothing that could be set.
+    let outcome = run(folder.path(), &[&["view"], &arguments[..], &["--output", "page.html"]].concat());
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{}", outcome.stdout);
+    assert_eq!(data(&folder.read("page.html"))["shots"]["all"].as_array().unwrap().len(), 4);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use crate::{OWN_LIBRARY, folder, hyd, json, study_with, thinned};
 /// By chance the cost drops by less than a name needs anyway, so that the leak is still named; a threshold that is kept beside the
 /// study is asked for by later searches of the same set, and a leak that does not reach it has no name.
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_threshold_is_kept_with_the_study() {
     let folder = folder("calibrated");
     fs::create_dir_all(folder.join("libraries/Workshop")).expect("made");

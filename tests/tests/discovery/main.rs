@@ -367,6 +367,7 @@ fn without_most() -> String {
 /// Set B10 hides a back pressure of the drain, which no library knows.  With a wide tolerance of time a cushion at the
 /// seat seems to explain what such weights leave; under the true noise it does not, and a name would be false.
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn a_cushion_that_only_a_wide_tolerance_of_time_allows_gets_no_name() {
     let folder = folder("unknown");
     study_with(&folder, &without_most(), &[("trigger_jitter = 1e-5", "trigger_jitter = 1e-5\ntime_tolerance = 0.25")]);
@@ -381,6 +382,7 @@ fn a_cushion_that_only_a_wide_tolerance_of_time_allows_gets_no_name() {
 
 /// Under the true noise the back pressure is a law, and as an effect of a library it is named.
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn back_pressure_that_no_library_knows_gets_a_law() {
     let folder = folder("law");
     fs::create_dir_all(folder.join("libraries")).expect("made");

@@ -82,6 +82,7 @@ fn waves_in_the_supply_line() {
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn dry_friction() {
     answers("B04", "named", &["piston_friction"], &[("piston_friction", "F_c", 70.0)]);
 }
@@ -103,6 +104,7 @@ fn a_late_trigger() {
 }
 
 #[test]
+#[ignore = "takes minutes; tests/long_searches runs it"]
 fn air_in_the_oil() {
     answers("B07", "named", &["entrained_air"], &[("entrained_air", "alpha", 0.08)]);
 }

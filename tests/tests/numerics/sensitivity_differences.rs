@@ -130,9 +130,19 @@ fn compare(
 }
 
 #[test]
-fn models_agree_with_differences() {
+fn models_of_the_single_acting_drive_agree_with_differences() {
+    check(&|file| file.contains("single_acting_drive"));
+}
+
+#[test]
+fn other_models_agree_with_differences() {
+    check(&|file| !file.contains("single_acting_drive"));
+}
+
+/// Compares the models of these files.
+fn check(is_wanted: &dyn Fn(&str) -> bool) {
     let (mut models, mut compared, mut beyond, mut failures) = (0, 0, 0, Vec::new());
-    for file in model_files() {
+    for file in model_files().into_iter().filter(|file| is_wanted(file)) {
         let compilation = compile_file(&file, &[], Goal::Run);
         let Some(model) = compilation.model.as_ref() else { continue };
         let mut system = model.instantiate();
@@ -175,6 +185,6 @@ fn models_agree_with_differences() {
     }
     println!("{models} models, {compared} values, {beyond} of them beyond {ALLOWED:e}");
     assert!(beyond as f64 <= (1.0 - SHARE) * compared as f64, "{beyond} of {compared} values deviate");
-    assert!(models > 10 && compared > 10_000, "{models} models, {compared} values");
+    assert!(models > 4 && compared > 5000, "{models} models, {compared} values");
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

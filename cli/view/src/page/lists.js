@@ -144,14 +144,14 @@ function layFinding(path) {
   const own = finding.places.filter((one) => isWithin(one.component || "", path)), top = Math.max(...finding.places.map((one) => one.score), 0);
   box.replaceChildren(element("p", {}, element("b", {}, path ? "What seems to be missing here" : finding.sentence)));
   for (const one of finding.named.filter((named) => isWithin(named.component || "", path))) {
-    const sizes = Object.entries(one.parameters).map(([name, size]) => name + " = " + short(size.value) + (size.stderr > 0 ? " \u00b1 " + short(size.stderr, 2) : ""));
+    const sizes = Object.entries(one.parameters).map(([name, size]) => name + " = " + measured(size));
     box.append(element("p", {}, "Named: " + one.words + " at " + one.component + ", " + sizes.join(", ")));
   }
   if (!own.length) { box.append(element("p", { class: "pale" }, "Nothing at this place explains a part of the gap.")); return; }
   box.append(element("ul", {}, ...own.slice(0, MOST_PLACES).map((one) => {
     const bar = element("i", {});
     bar.style.width = 100 * Math.max(0, one.score) / top + "%";
-    const what = one.effect ? one.equation + " (" + one.effect + ")" : short(one.coefficient) + "*" + one.shape + (one.unit && one.unit !== "1" ? " " + one.unit : "") + " in " + one.equation;
+    const what = one.effect ? (one.equation ? one.equation + " (" + one.effect + ")" : one.effect) : short(one.coefficient) + "*" + one.shape + (one.unit && one.unit !== "1" ? " " + one.unit : "") + " in " + one.equation;
     const where = diagramOf(parted(one.component || "")[0]);
     const name = where ? element("button", { type: "button", onclick: () => { openDiagram(where.path); select(one.component); } }, one.component || DATA.model.name) : one.component || DATA.model.name;
     return element("li", {}, element("span", { class: "heat" }, bar), name, " ", element("code", {}, what), element("span", { class: "pale" }, ", drop of the cost " + short(one.score, 3)));
@@ -210,10 +210,11 @@ function layParameters(path) {
 }
 
 // A parameter: its name, a field for its value, and a slider where it is a number that may be set.
-function parameter(own, original) {
-  const id = "p-" + own.n, now = entry(runs.set, own.n) ?? null;
+function parameter(own, model, prefix = "p-") {
+  const id = prefix + own.n, now = entry(runs.set, own.n) ?? null, shot = inShot(own.n);
+  const original = shot !== null && Number.isFinite(Number(shot)) ? Number(shot) : model;
   const numeric = now === null || own.k === "Boolean" || Array.isArray(own.k) ? original : Number(now);
-  const name = element("label", { class: "name", for: id }, own.last, ...(own.d ? [element("small", {}, own.d)] : []));
+  const name = element("label", { class: "name", for: id }, own.last, ...(own.d ? [element("small", {}, own.d)] : []), ...(shot !== null ? [element("small", {}, "as in shot " + chosenShot().number)] : []));
   const unit = element("span", { class: "unit" }, own.u && own.u !== "1" ? own.u : "");
   const box = element("div", { class: "parameter" + (now === null ? "" : " changed") }, name);
   const isStructural = isServed && own.s === 0 && original !== undefined;
@@ -234,6 +235,7 @@ function parameter(own, original) {
     runs.set[own.n] = text;
     box.classList.add("changed");
     runModel();
+    runShots();
   };
   if (own.k === "Boolean") {
     const field = element("input", { type: "checkbox", id, onchange: (event) => change(String(event.target.checked)) });
@@ -270,6 +272,10 @@ function parameter(own, original) {
     place(value); tell(value);
     change(String(value));
   });
+  // The same parameter elsewhere on the page follows when the slider is let go.
+  const follow = () => { if (prefix === "p-") { if (DATA.shots) laySizes(); } else layParameters(lists.path); };
+  slider.addEventListener("change", follow);
+  field.addEventListener("change", follow);
   box.append(field, unit, slider);
   return box;
 }
@@ -278,7 +284,9 @@ function resetParameters() {
   runs.set = {};
   if (address.set.size) { load(new Map(), ""); return; }
   layParameters(lists.path);
+  if (DATA.shots) layShots();
   runModel();
+  runShots();
 }
 
 function drawLists() {

@@ -27,6 +27,14 @@ function withUnit(value, unit, kind) {
   return found ? short(value / found[0]) + " " + found[1] + unit : short(value) + " " + unit;
 }
 
+// A size as far as its error goes, two digits of that, and its unit.
+function measured({ value, stderr, unit }) {
+  const words = unit && unit !== "1" ? " " + unit : "";
+  if (!(stderr > 0) || !Number.isFinite(value)) return short(value) + words;
+  const last = Math.floor(Math.log10(stderr)) - 1, digits = value === 0 ? 1 : Math.floor(Math.log10(Math.abs(value))) - last + 1;
+  return short(value, Math.min(12, Math.max(1, digits))) + " \u00b1 " + short(stderr, 2) + words;
+}
+
 // The factor and the name of a unit in which values up to a size are short.
 function scaled(size, unit) {
   if (!unit || unit === "1") return [1, ""];

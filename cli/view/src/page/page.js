@@ -27,6 +27,7 @@ function redraw(after) {
     document.getElementById("now").textContent = words;
     slider.setAttribute("aria-valuetext", words);
     drawPlots();
+    drawShots();
     drawValues();
     drawLists();
     view.after.splice(0).forEach((own) => own());
@@ -77,6 +78,7 @@ function begin() {
   if (own && own.description) about.unshift(own.description);
   document.getElementById("about").textContent = about.join(" · ");
   beginRuns();
+  beginShots();
   beginPlots();
   beginDiagram();
   beginLists();

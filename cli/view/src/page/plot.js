@@ -93,12 +93,8 @@ function pointsOf(curve, run) {
 }
 
 function drawPanel(panel, [width, height]) {
-  const { canvas } = panel, scale = window.devicePixelRatio || 1;
+  const { canvas } = panel;
   if (!width) return;
-  if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) { canvas.width = Math.round(width * scale); canvas.height = Math.round(height * scale); }
-  const pen = canvas.getContext("2d");
-  pen.setTransform(scale, 0, 0, scale, 0, 0);
-  pen.clearRect(0, 0, width, height);
   const shown = [];
   allRuns().forEach((run, k) => panel.curves.forEach((curve) => {
     const points = pointsOf(curve, run);
@@ -123,26 +119,8 @@ function drawPanel(panel, [width, height]) {
   if (high - low <= least) { const pad = high === 0 ? 1 : Math.abs(high) * 0.05; low -= pad; high += pad; }
   if (!(x1 > x0)) { x0 -= 0.5; x1 += 0.5; }
   const pad = 0.05 * (high - low); low -= pad; high += pad;
-  const box = { x0: 58, x1: width - 10, y0: 20, y1: height - 32 };
-  const px = (at) => box.x0 + (box.x1 - box.x0) * (at - x0) / (x1 - x0), py = (value) => box.y1 - (box.y1 - box.y0) * (value - low) / (high - low);
+  const { pen, px, py, box } = framed(canvas, [width, height], [x0, x1], [low, high], panel.unit, panel.x);
   panel.map = { box, x0, x1, low, high, overTime };
-  pen.font = "11px system-ui, sans-serif"; pen.lineWidth = 1; pen.setLineDash([]);
-  const pale = color("--pale"), grid = color("--grid");
-  pen.strokeStyle = grid; pen.fillStyle = pale; pen.textAlign = "right"; pen.textBaseline = "middle";
-  const [factor, prefixed] = scaled(Math.max(Math.abs(low), Math.abs(high)), panel.unit);
-  for (const tick of ticks(low / factor, high / factor, 4)) {
-    const at = py(tick * factor);
-    pen.beginPath(); pen.moveTo(box.x0, at); pen.lineTo(box.x1, at); pen.stroke();
-    pen.fillText(short(tick), box.x0 - 6, at);
-  }
-  const [per, unit] = overTime ? perSecond(x0, x1) : [1, unitOf(panel.x)];
-  pen.textAlign = "center"; pen.textBaseline = "top";
-  for (const tick of ticks(x0 * per, x1 * per, Math.max(2, Math.floor(width / 90)))) {
-    pen.beginPath(); pen.moveTo(px(tick / per), box.y0); pen.lineTo(px(tick / per), box.y1); pen.stroke();
-    pen.fillText(short(tick), px(tick / per), box.y1 + 4);
-  }
-  pen.textAlign = "right"; pen.fillText((overTime ? "time" : panel.x) + (unit ? " / " + unit : ""), box.x1, box.y1 + 18);
-  pen.textAlign = "right"; pen.fillText(prefixed, box.x0 - 6, 2);
   pen.save(); pen.beginPath(); pen.rect(box.x0, box.y0, box.x1 - box.x0, box.y1 - box.y0); pen.clip();
   for (const { points, color: name, dash, k } of [...shown].reverse()) {
     pen.strokeStyle = color(name); pen.lineWidth = k === 0 ? 1.8 : 1.3; pen.setLineDash(dash);
@@ -172,6 +150,35 @@ function drawPanel(panel, [width, height]) {
     told.push(curve.label + " " + said);
   }
   canvas.setAttribute("aria-label", "Curves over " + (overTime ? "time from " + short(x0) + " s to " + short(x1) + " s" : panel.x) + ", between " + short(low) + " and " + short(high) + " " + panel.unit + "; now " + told.join(", "));
+}
+
+// A canvas with axes: from where to where, in which unit; over time, or over a variable. Gives the pen and how points become pixels.
+function framed(canvas, [width, height], [x0, x1], [low, high], valueUnit, over = null) {
+  const scale = window.devicePixelRatio || 1, overTime = !over;
+  if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) { canvas.width = Math.round(width * scale); canvas.height = Math.round(height * scale); }
+  const pen = canvas.getContext("2d");
+  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  const box = { x0: 58, x1: width - 10, y0: 20, y1: height - 32 };
+  const px = (at) => box.x0 + (box.x1 - box.x0) * (at - x0) / (x1 - x0), py = (value) => box.y1 - (box.y1 - box.y0) * (value - low) / (high - low);
+  pen.font = "11px system-ui, sans-serif"; pen.lineWidth = 1; pen.setLineDash([]);
+  const pale = color("--pale"), grid = color("--grid");
+  pen.strokeStyle = grid; pen.fillStyle = pale; pen.textAlign = "right"; pen.textBaseline = "middle";
+  const [factor, prefixed] = scaled(Math.max(Math.abs(low), Math.abs(high)), valueUnit);
+  for (const tick of ticks(low / factor, high / factor, 4)) {
+    const at = py(tick * factor);
+    pen.beginPath(); pen.moveTo(box.x0, at); pen.lineTo(box.x1, at); pen.stroke();
+    pen.fillText(short(tick), box.x0 - 6, at);
+  }
+  const [per, unit] = overTime ? perSecond(x0, x1) : [1, unitOf(over)];
+  pen.textAlign = "center"; pen.textBaseline = "top";
+  for (const tick of ticks(x0 * per, x1 * per, Math.max(2, Math.floor(width / 90)))) {
+    pen.beginPath(); pen.moveTo(px(tick / per), box.y0); pen.lineTo(px(tick / per), box.y1); pen.stroke();
+    pen.fillText(short(tick), px(tick / per), box.y1 + 4);
+  }
+  pen.textAlign = "right"; pen.fillText((overTime ? "time" : over) + (unit ? " / " + unit : ""), box.x1, box.y1 + 18);
+  pen.textAlign = "right"; pen.fillText(prefixed, box.x0 - 6, 2);
+  return { pen, px, py, box };
 }
 
 // A curve; of many rows in a pixel their least and largest values are enough.

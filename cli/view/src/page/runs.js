@@ -31,7 +31,7 @@ function load(set, changed) {
   for (const [name, value] of set) query.append("set", name + "=" + value);
   const now = { set: runs.set, path: lists.path, shown: picture.shown ? picture.shown.path : "" };
   const left = JSON.stringify({ ...(DATA.failed ? address.left : now), field: changed });
-  location.assign("/?" + query + "#" + encodeURIComponent(left));
+  location.assign(location.pathname + "?" + query + "#" + encodeURIComponent(left));
 }
 
 function translateAgain(name, value) {
@@ -79,8 +79,8 @@ function span() {
   return from <= to ? [from, to] : [0, 1];
 }
 
-async function asked(body) {
-  const answer = await fetch("/run", { method: "POST", headers: { "X-Hyd-Token": DATA.token, "Content-Type": "application/json" }, body: JSON.stringify({ reading: DATA.reading, ...body }) });
+async function asked(body, path = "/run") {
+  const answer = await fetch(path, { method: "POST", headers: { "X-Hyd-Token": DATA.token, "Content-Type": "application/json" }, body: JSON.stringify({ reading: DATA.reading, ...body }) });
   if (!answer.ok) throw new Error((await answer.text()).trim());
   return decoded(await answer.arrayBuffer());
 }
@@ -92,20 +92,27 @@ function wantedColumns() {
   return [...columns];
 }
 
+const GONE = "hyd view has ended: what is shown stays, nothing can be run";
+
+// What a run depends on.
+function question() {
+  return JSON.stringify([runs.set, conditions()]);
+}
+
 // Runs the model as its parameters are now; at most two questions are under way, and the last one counts.
 async function runModel() {
   if (!canRun) return;
   if (runs.flying && performance.now() - runs.flying.begin < 120) { runs.waiting = true; return; }
-  const own = { begin: performance.now(), key: JSON.stringify(runs.set), columns: wantedColumns() };
+  const own = { begin: performance.now(), key: question(), columns: wantedColumns() };
   runs.flying = own; runs.waiting = false;
   try {
-    const found = await asked({ set: runs.set, columns: own.columns });
+    const found = await asked({ set: runs.set, shot: conditions(), columns: own.columns });
     if (found.header.status !== "interrupted") takeRun(found, own);
     // Another page has taken its turn.
     else if (runs.flying === own) runs.waiting = true;
   } catch (error) {
     runs.stuck = own.key;
-    say(isGone(error) ? "hyd view has ended: what is shown stays, nothing can be run" : String(error.message || error));
+    say(isGone(error) ? GONE : String(error.message || error));
   }
   if (runs.flying === own) runs.flying = null;
   if (runs.waiting) { runs.waiting = false; runModel(); }
@@ -134,7 +141,7 @@ function takeRun(found, question) {
 // Columns that views came to need after their run.
 async function fillIn() {
   const missing = (run, columns) => columns.filter((k) => !run.columns.has(k));
-  const isStuck = runs.stuck === JSON.stringify(runs.set);
+  const isStuck = runs.stuck === question();
   if (canRun && runs.own && !runs.flying && !isStuck && missing(runs.own, wantedColumns()).length) { runModel(); return; }
   if (!isServed) return;
   for (const [k, file] of runs.files.entries()) {
@@ -161,7 +168,7 @@ function beginRuns() {
   const written = DATA.runs ? DATA.runs.map(decode) : [];
   if (DATA.model && DATA.model.runs && written.length > DATA.files.length) {
     const found = written.shift();
-    runs.own = { label: "this run", ...found, find: inModel, key: "{}", begin: 0 };
+    runs.own = { label: "this run", ...found, find: inModel, key: question(), begin: 0 };
     if (found.header.message) say(found.header.message);
   }
   runs.files = DATA.files.map((file, k) => ({ label: file.label, find: inFile(file), asked: new Set(), ...(written[k] || { times: [], columns: new Map(), header: {} }) }));
@@ -171,8 +178,8 @@ function beginRuns() {
 function keepRun() {
   if (!runs.own) return;
   const changes = Object.entries(runs.set).map(([name, value]) => name + " = " + value);
-  const columns = new Map(runs.own.columns);
-  runs.kept.push({ ...runs.own, columns, label: "kept: " + (changes.join(", ") || "as the model says") });
+  const columns = new Map(runs.own.columns), shot = conditions() === undefined ? [] : ["shot " + chosenShot().number];
+  runs.kept.push({ ...runs.own, columns, label: "kept: " + [...shot, changes.join(", ") || "as the model says"].join(", ") });
   if (runs.kept.length > 5) runs.kept.shift();
   redraw();
 }
