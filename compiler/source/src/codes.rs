@@ -121,6 +121,8 @@ codes! {
         "A connector with flow variables that nothing is connected to has zero flow (Modelica 3.6, section 9.2), so a connection that was forgotten is simulated as a closed end, an open circuit or a free flange. Connect it, close it with a component that says so (such as `Hyd.Hydraulic.Components.Plug`), or mark it as open on purpose: `annotation(__hyd(open = true))` at the declaration of the component, or `open = {\"n\"}` for some of its connectors. Libraries mark in the same way connectors that may well stay open, such as the flange of a mass. Components declared inside libraries are not looked at, nor the connectors of the model itself.";
     UnseenEvents = "W0401", "events may be missed",
         "A condition of time alone is enclosed over intervals, so that no event of it is lost. Of a function that is compiled, because it has loops or would be a very large expression, nothing is known between two points: a change that lasts less than a step of the solver may be passed over. Write the condition as an expression, or with `sample` where it recurs.";
+    JumpDifferentiated = "W0402", "the derivative of what jumps",
+        "An equation had to be differentiated, because states depend on each other through it or because a derivative of its variables is asked for, and one side of it jumps at events. The derivative is right between the jumps; at a jump it would be an impulse, which is left out: a mass whose position is prescribed by a step gets no speed by it. Prescribe a smooth position (a ramp, a filter of second order), or set the state by `reinit` where the jump is meant.";
     Chosen = "N0401", "a choice was made",
         "The text leaves something open, and the tool chose as Modelica tools do. The message says what.";
 }

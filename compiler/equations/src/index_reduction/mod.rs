@@ -8,6 +8,7 @@
 //! Should the variables left open turn out to be equal or further constrained, all is chosen once, at the start values.
 
 mod higher;
+mod jumps;
 pub(crate) mod selection;
 mod state_select;
 mod structure;
@@ -24,6 +25,7 @@ use crate::balance::{check_balance, high_index};
 use crate::explain::faults::{list_names, mark_equations, mark_variables};
 use crate::explain::floating::with_floating;
 use crate::index_reduction::higher::Derivatives;
+use crate::index_reduction::jumps::jumps;
 use crate::index_reduction::selection::{append_selections, candidates_are_distinct};
 use crate::index_reduction::state_select::{check_always, with_wished_states};
 use crate::index_reduction::structure::{ReductionPlan, plan_reduction};
@@ -107,6 +109,7 @@ fn reduce_rounds(system: &mut EquationSystem, notes: &mut Vec<Diagnostic>, open:
         }
         let plan = plan_reduction(system, &mut algebra, open)?;
         notes.extend(doubt(system, &plan.uncertain));
+        notes.extend(jumps(system, &plan.equations));
         apply(system, &plan)?;
         *system = eliminate_aliases(std::mem::take(system));
         if !candidates_are_distinct(system) {

@@ -1,8 +1,8 @@
 //! Names that were not found, and what may have been meant: what is visible there, then classes of the libraries by their
 //! last name.
 
-use hyd_source::{Code, Diagnostic, Severity, closest, did_you_mean};
-use hyd_syntax::tree::{ComponentRef, Ident, ImportKind, Name};
+use hyd_source::{Code, Diagnostic, Edit, Severity, Span, closest, did_you_mean};
+use hyd_syntax::tree::{ClassBody, ComponentRef, Element, Ident, ImportKind, Name};
 
 use crate::classes::class::{ClassId, ClassTable, imports, nested_classes};
 use crate::classes::heir::Level;
@@ -70,6 +70,47 @@ impl ClassTable<'_> {
         }
         fitting.truncate(MOST);
         (!fitting.is_empty()).then(|| format!("did you mean {}?", fitting.join(" or ")))
+    }
+
+    /// Adds to the message about a component that is declared nowhere the declaration that it may lack: that of a class of its name which has the
+    /// element that is asked for.  A text that lacks it in several places is changed once.
+    fn with_declaration(&mut self, said: Diagnostic, class: ClassId, name: &str, element: &str) -> Diagnostic {
+        let wanted = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_').replace('_', "").to_lowercase();
+        let is_wanted = |full: &str| full.rsplit('.').next().is_some_and(|last| last.to_lowercase() == wanted);
+        // What is named from the class itself, and all of the libraries.
+        let around = self.class_names_from(Some(class));
+        let mut fitting: Vec<String> = around.iter().map(|name| name.to_string()).filter(|full| is_wanted(full)).collect();
+        if fitting.is_empty() {
+            fitting = self.library_names();
+            fitting.retain(|full| is_wanted(full));
+            fitting.sort_unstable();
+            fitting.dedup();
+            fitting.retain(|full| self.has_element(full, element));
+        }
+        if wanted.is_empty() || fitting.is_empty() {
+            return said;
+        }
+        let declarations: Vec<String> = fitting.iter().take(MOST).map(|full| format!("`{full} {name};`")).collect();
+        let said = said.help(format!("perhaps its declaration is missing: {}", declarations.join(" or ")));
+        let def = self.class(class).def.clone();
+        let ClassBody::Long { elements, .. } = &def.body else { return said };
+        let first = elements.iter().find_map(|element| match element {
+            Element::Component(component) => Some(component.span),
+            _ => None,
+        });
+        let (Some(first), [full]) = (first, fitting.as_slice()) else { return said };
+        let edit = Edit { span: Span { end: first.start, ..first }, text: format!("{full} {name};\n  ") };
+        let is_known = self.messages.iter().flat_map(|own| &own.proposals).any(|own| own.edits.contains(&edit));
+        if is_known { said } else { said.propose(format!("declare `{name}` as a `{full}`"), vec![edit]) }
+    }
+
+    /// True if a class of a library has an element of this name.
+    fn has_element(&mut self, full: &str, element: &str) -> bool {
+        let mut parts = full.split('.').map(Name::from);
+        let top = parts.next().and_then(|first| self.top(&first));
+        let class = parts.fold(top, |class, part| class.and_then(|class| self.child(class, &part)));
+        let shape = class.and_then(|class| self.shape(class).ok());
+        shape.is_some_and(|shape| shape.elements.iter().any(|own| own.component && *own.name == *element))
     }
 
     /// Adds what may be meant by `part`, which `class` does not have, to the message about it.
@@ -165,6 +206,7 @@ impl Scopes<'_> {
         let name = &*first.name;
         let mut names = self.names_from(scope);
         let mut around = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
+        let own = around;
         let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
         let said = |d: &Diagnostic| d.severity == Severity::Error && d.code == Code::UnknownClass;
         let failed = around.is_some_and(|from| self.table.import_failed(from, &Name::from(name)));
@@ -186,10 +228,15 @@ impl Scopes<'_> {
         let constant = self.table.suggest_constant(&last.name);
         let message = format!("unknown name `{name}` in `{class}`");
         let diagnostic = Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared");
-        self.table.report(match constant {
-            Some(help) => diagnostic.help(help),
-            None => diagnostic.meant(first.span, name, names.iter().map(|n| n.as_ref())),
-        });
+        let names = || names.iter().map(|n| n.as_ref());
+        let diagnostic = match (constant, own, closest(name, names())) {
+            (Some(help), _, _) => diagnostic.help(help),
+            (None, Some(class), None) if reference.parts.len() > 1 => {
+                self.table.with_declaration(diagnostic, class, name, &reference.parts[1].name.name)
+            }
+            _ => diagnostic.meant(first.span, name, names()),
+        };
+        self.table.report(diagnostic);
     }
 
     /// Classes that a scope can name, for suggestions.
