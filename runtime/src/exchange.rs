@@ -462,11 +462,8 @@ impl Exchange {
         self.within(system, |this, problem| {
             let Point { t, y, yp } = &this.now;
             if !this.consistency.anchor(problem, &this.weights, (*t, y, yp)) {
-                let failure = hyd_system::EvalFailure {
-                    equation: None,
-                    variable: None,
-                    reason: "the equations do not determine all derivatives at this point".to_string(),
-                };
+                let reason = "the equations do not determine all derivatives at this point".to_string();
+                let failure = hyd_system::EvalFailure { reason, ..Default::default() };
                 return Err(SolveError::evaluation(Stage::Step, *t, failure, problem));
             }
             this.consistency.tangent(residual, &mut dy, &mut dyp);

@@ -4,7 +4,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use hyd_system::{EquationInfo, EvalFailure, RootInfo, ValueKind, math, significant};
+use hyd_system::{EquationInfo, EvalFailure, Reading, RootInfo, ValueKind, math, significant};
 
 use crate::Jump;
 use crate::error::{Cause, Near, Place, SolveError, Stage, StartAdvice, StepReport};
@@ -19,6 +19,7 @@ impl Display for SolveError {
                 let time = significant(*time);
                 write!(f, "{} at t = {time} s failed: {}", stage.words(), evaluation(failure))?;
                 equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))?;
+                reads_lines(f, failure)?;
                 match (&failure.variable, failure.reason.contains(CONTRADICTS), stage) {
                     (Some(variable), true, Stage::Start) => hint(
                         f,
@@ -29,14 +30,19 @@ impl Display for SolveError {
                     (None, true, Stage::Start) => {
                         hint(f, "drop this initial equation, or one of the conditions that it follows from")
                     }
-                    _ => Ok(()),
+                    _ if failure.reads.is_empty() => Ok(()),
+                    _ => hint(f, DOMAINS),
                 }
             }
             SolveError::Initial { time, cause, place, advice } => {
                 let time = significant(*time);
                 write!(f, "no initial values found at t = {time} s: {}", cause.words(place))?;
+                if *cause == Cause::NoConvergence && advice.tried > 1 {
+                    write!(f, "; there may be no solution: {} other starts did not lead to one either", advice.tried)?;
+                }
+                place.evaluation.as_ref().map_or(Ok(()), |failure| reads_lines(f, failure))?;
                 place_lines(f, place, "values where the search ended")?;
-                advice_lines(f, advice)?;
+                advice_lines(f, (advice, cause))?;
                 match cause {
                     Cause::Singular => hint(
                         f,
@@ -49,8 +55,12 @@ impl Display for SolveError {
             SolveError::Inconsistent { stage, time, cause, place } => {
                 let time = significant(*time);
                 write!(f, "{} at t = {time} s: no consistent values found: {}", stage.words(), cause.words(place))?;
+                place.evaluation.as_ref().map_or(Ok(()), |failure| reads_lines(f, failure))?;
                 place_lines(f, place, "values where the search ended")?;
-                hint(f, "the algebraic equations may have no solution for these states")
+                match &place.evaluation {
+                    Some(_) if *cause == Cause::NotFinite => hint(f, DOMAINS),
+                    _ => hint(f, "the algebraic equations may have no solution for these states"),
+                }
             }
             SolveError::Rounding { stage, time, error, equation } => {
                 let time = significant(*time);
@@ -68,7 +78,7 @@ impl Display for SolveError {
                         let (before, now) = (significant(before), significant(now));
                         write!(f, ": {variable} grows without bound, from {before} at the start to {now}")?;
                         step_lines(f, report)?;
-                        hint(f, "the solution ends here: what lets it grow lacks a limit")
+                        hint(f, GROWING)
                     }
                     (variable, _) => {
                         if let Some(variable) = variable {
@@ -92,14 +102,19 @@ impl Display for SolveError {
                 hint(f, "look for a discontinuity without an event, or for an equation without a solution")
             }
             SolveError::NotFinite(report) => {
-                write!(
-                    f,
-                    "no finite value beyond t = {} s: {}",
-                    significant(report.time),
-                    Cause::NotFinite.words(&report.place)
-                )?;
+                let (time, words) = (significant(report.time), Cause::NotFinite.words(&report.place));
+                if let Some((variable, before, now)) = grown(&report.place) {
+                    let (before, now) = (significant(before), significant(now));
+                    write!(
+                        f,
+                        "no finite value beyond t = {time} s: {variable} grows without bound, from {before} at the start to {now}: {words}"
+                    )?;
+                    step_lines(f, report)?;
+                    return hint(f, GROWING);
+                }
+                write!(f, "no finite value beyond t = {time} s: {words}")?;
                 step_lines(f, report)?;
-                hint(f, "keep divisors away from zero and arguments of sqrt and log within their domains")
+                hint(f, DOMAINS)
             }
             SolveError::Singular(report) => {
                 write!(f, "the equations are singular at t = {} s", significant(report.time))?;
@@ -189,6 +204,14 @@ const CONTRADICTS: &str = "contradicts the other";
 /// A variable that exceeds its value at the start, or 1, by this factor grows without bound.
 const GROWN: f64 = 1e6;
 
+/// The same for a variable of which it is not known that it is at fault.
+const BEYOND: f64 = 1e50;
+
+/// What to try where a value is outside of what an operation takes.
+const DOMAINS: &str = "keep divisors away from zero and arguments of sqrt and log within their domains";
+/// What to try where a variable grows without bound.
+const GROWING: &str = "the solution ends here: what lets it grow lacks a limit, or has the wrong sign";
+
 /// Variables, values and equations of a jump that are shown.
 const MOST_NAMED: usize = 4;
 
@@ -257,6 +280,43 @@ fn growth(place: &Place) -> Option<(f64, f64)> {
     let last = course.times().count().checked_sub(1)?;
     let (before, now) = (course.value(0, variable)?, course.value(last, variable)?);
     (now.abs() > GROWN * before.abs().max(1.0)).then_some((before, now))
+}
+
+/// The first of the variables that are shown which has grown out of all proportion, with its values at the start and at the end.
+fn grown(place: &Place) -> Option<(&str, f64, f64)> {
+    let course = place.course.as_ref()?;
+    let last = course.times().count().checked_sub(1)?;
+    let names = place.variable.iter().chain(place.values.iter().map(|(name, ..)| name));
+    names.map(String::as_str).find_map(|name| {
+        let (before, now) = (course.value(0, name)?, course.value(last, name)?);
+        (now.abs() > BEYOND * before.abs().max(1.0)).then_some((name, before, now))
+    })
+}
+
+/// What was read for the value at fault, and what the values among that were computed from.
+fn reads_lines(f: &mut Formatter<'_>, failure: &EvalFailure) -> fmt::Result {
+    let said = |of: Option<&str>| {
+        let own = failure.reads.iter().filter(|read| read.of.as_deref() == of).take(MOST_NAMED);
+        let one = |read: &Reading| {
+            let space = if read.unit.is_empty() || read.unit == "1" { "" } else { " " };
+            let unit = if space.is_empty() { "" } else { &read.unit };
+            format!("{} = {}{space}{unit}", read.name, significant(read.value))
+        };
+        own.map(one).collect::<Vec<_>>().join(", ")
+    };
+    let first = said(None);
+    if first.is_empty() {
+        return Ok(());
+    }
+    write!(f, "\n  there {first}")?;
+    let names = failure.reads.iter().filter(|read| read.of.is_none()).take(MOST_NAMED);
+    for name in names.map(|read| read.name.as_str()) {
+        let from = said(Some(name));
+        if !from.is_empty() {
+            write!(f, "\n  {name} follows from {from}")?;
+        }
+    }
+    Ok(())
 }
 
 fn step_lines(f: &mut Formatter<'_>, report: &StepReport) -> fmt::Result {
@@ -335,7 +395,7 @@ fn place_lines(f: &mut Formatter<'_>, place: &Place, title: &str) -> fmt::Result
 }
 
 /// Which start values decide, and what else was tried.
-fn advice_lines(f: &mut Formatter<'_>, advice: &StartAdvice) -> fmt::Result {
+fn advice_lines(f: &mut Formatter<'_>, (advice, cause): (&StartAdvice, &Cause)) -> fmt::Result {
     let names: Vec<String> =
         advice.decisive.iter().map(|(name, value)| format!("{name} (now {})", significant(*value))).collect();
     match (names.as_slice(), &advice.bent) {
@@ -351,6 +411,7 @@ fn advice_lines(f: &mut Formatter<'_>, advice: &StartAdvice) -> fmt::Result {
     match advice.tried {
         0 => Ok(()),
         1 => write!(f, "\n  from one other start no solution was found either"),
+        _ if *cause == Cause::NoConvergence => Ok(()),
         tried => write!(f, "\n  from {tried} other starts no solution was found either: there may be none"),
     }
 }

@@ -103,7 +103,7 @@ impl Output {
             let recorded = |source: &Source| matches!(source.place, Place::Output(k) if Some(k as usize) == bad);
             info.sources.iter().position(recorded).map(|element| info.name.element(element))
         });
-        EvalFailure { equation: None, variable, reason: "not a number".into() }
+        EvalFailure { variable, reason: "not a number".into(), ..EvalFailure::default() }
     }
 
     /// The output points up to `end` (s) that the last step passed; those at `end` itself only if `inclusive`, else they are

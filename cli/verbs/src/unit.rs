@@ -320,7 +320,7 @@ fn ended(run: StepRun, time: f64, statistics: &Statistics, lost: &mut Option<Fau
         StepRun::Interrupted => Err(SolveError::Interrupted { time }),
         StepRun::Sink(error) => Err(SolveError::Sink { time, error }),
         StepRun::Failed(fault) => {
-            let failure = EvalFailure { equation: None, variable: None, reason: fault.to_string() };
+            let failure = EvalFailure { reason: fault.to_string(), ..EvalFailure::default() };
             *lost = Some(fault);
             let stage = if statistics.steps == 0 { Stage::Start } else { Stage::Step };
             Err(SolveError::Evaluation { stage, time, failure: Box::new(failure), equation: None })

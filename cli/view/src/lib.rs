@@ -87,7 +87,8 @@ pub fn view(
     let (session, data) = open(options, listener)?;
     let Some(output) = &options.output else {
         let title = session.title.clone();
-        let mut folders = options.files.iter().filter_map(|file| finding::report_of(file)?.parent().map(Path::to_path_buf));
+        let mut folders =
+            options.files.iter().filter_map(|file| finding::report_of(file)?.parent().map(Path::to_path_buf));
         let folder = folders.next_back();
         let page = folder.as_ref().map(|folder| folder.join(REPORT)).filter(|page| page.is_file());
         let report =

@@ -19,6 +19,7 @@ pub mod jacobian;
 mod lists;
 mod parameter_values;
 mod plan;
+mod real_equality;
 mod relations;
 mod roles;
 mod semi_linear;

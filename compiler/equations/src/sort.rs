@@ -20,6 +20,7 @@ use crate::plan::dependent::judge_blocks;
 use crate::plan::discrete::{checks, reinits, sort_discrete, starts};
 use crate::plan::wishes::wishes;
 use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
+use crate::real_equality::real_equalities;
 use crate::relations::{extract_relations, find_time_events};
 use crate::sorted::{Plan, Residual, SortedSystem};
 use crate::start_point::StartPoint;
@@ -55,6 +56,7 @@ impl From<Diagnostic> for Fault {
 }
 
 fn sort_parts(system: EquationSystem, loops: Loops, notes: &mut Vec<Diagnostic>) -> Result<SortedSystem, Fault> {
+    let equalities = real_equalities(&system);
     let (mut system, mut relations) = extract_relations(system);
     let simplified = take_actual(&mut system);
     let mut algebra = Algebra::default();
@@ -69,6 +71,7 @@ fn sort_parts(system: EquationSystem, loops: Loops, notes: &mut Vec<Diagnostic>)
         Fault { diagnostic: floating_first(&system, fault, notes), combination }
     })?;
     notes.extend(judged);
+    notes.extend(equalities);
     notes.extend(unseen_events(&system, &relations, &simulation, &bindings.known));
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let (starts, late_starts) = starts(&mut system, &mut algebra, &bindings.known);

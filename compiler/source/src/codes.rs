@@ -123,6 +123,8 @@ codes! {
         "A condition of time alone is enclosed over intervals, so that no event of it is lost. Of a function that is compiled, because it has loops or would be a very large expression, nothing is known between two points: a change that lasts less than a step of the solver may be passed over. Write the condition as an expression, or with `sample` where it recurs.";
     JumpDifferentiated = "W0402", "the derivative of what jumps",
         "An equation had to be differentiated, because states depend on each other through it or because a derivative of its variables is asked for, and one side of it jumps at events. The derivative is right between the jumps; at a jump it would be an impulse, which is left out: a mass whose position is prescribed by a step gets no speed by it. Prescribe a smooth position (a ramp, a filter of second order), or set the state by `reinit` where the jump is meant.";
+    RealEquality = "W0403", "real numbers are compared for equality",
+        "Two numbers that vary continuously are equal at single instants at most, and no event can be looked for there: a `when h == 0.5` acts if a step happens to meet the value to the last bit, that is, never. Modelica 3.6 (section 3.5) allows `==` and `<>` of real numbers in functions only. Write `>=` or `<=`, or compare the distance with a tolerance.";
     Chosen = "N0401", "a choice was made",
         "The text leaves something open, and the tool chose as Modelica tools do. The message says what.";
 }

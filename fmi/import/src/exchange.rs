@@ -207,7 +207,7 @@ impl Exchange {
     }
 
     fn failure(&self) -> EvalFailure {
-        EvalFailure { equation: None, variable: None, reason: self.driver.remote.why().to_string() }
+        EvalFailure { reason: self.driver.remote.why().to_string(), ..EvalFailure::default() }
     }
 
     /// Takes over what an update gives; the states stand in `start` then.
@@ -299,7 +299,7 @@ impl DaeSystem for Exchange {
     fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
         self.instants = Instants::of_run(t0);
         self.ended = false;
-        let reason = |reason: String| EvalFailure { equation: None, variable: None, reason };
+        let reason = |reason: String| EvalFailure { reason, ..EvalFailure::default() };
         self.driver.revive().map_err(|fault| reason(fault.to_string()))?;
         let beginning = self.driver.beginning(t0).map_err(reason)?;
         let mut update = Update::default();
@@ -451,7 +451,7 @@ impl DaeSystem for Exchange {
         let k = self.rates.iter().position(|rate| !rate.is_finite())?;
         let name = self.tables().unknown_name(k);
         let reason = "the unit gives a rate that is not a number".to_string();
-        Some(EvalFailure { equation: None, variable: Some(format!("der({name})")), reason })
+        Some(EvalFailure { variable: Some(format!("der({name})")), reason, ..EvalFailure::default() })
     }
 
     fn diagnose_initial(&mut self, _t0: f64, _z: &[f64]) -> Option<EvalFailure> {

@@ -2,15 +2,15 @@
 //!
 //! Slow, and only for messages.  Assigned variables come first, since residuals repeat their faults.
 
-use hyd_system::{EvalFailure, Place};
+use hyd_system::{EvalFailure, Place, Reading};
 
 use crate::instance::{Instance, Point};
 use crate::loaded::Loaded;
 use crate::memory::Memory;
-use crate::names::RowNames;
+use crate::names::{RowNames, Wrap};
 use crate::program::{Area, RoutineId};
 use crate::routines::{JacobianForm, PlanRoutines};
-use crate::vm::Fault;
+use crate::vm::{Fault, Read};
 
 impl Instance {
     /// The first evaluation of a plan that is not finite.
@@ -23,11 +23,13 @@ impl Instance {
         };
         let rows = trace.equations.len();
         if let Some(fault) = self.fault(code.assign, point, 0, 0) {
-            return Some(failure(&loaded, trace, Some(fault.index as usize), fault.reason));
+            let reads = readings(&loaded, trace, initial, &fault);
+            return Some(EvalFailure { reads, ..failure(&loaded, trace, Some(fault.index as usize), fault.reason) });
         }
         if let Some(fault) = self.fault(code.residual, point, rows, 0) {
             let row = row_of_value(code, trace, &fault);
-            return Some(failure(&loaded, trace, Some(row), fault.reason));
+            let reads = readings(&loaded, trace, initial, &fault);
+            return Some(EvalFailure { reads, ..failure(&loaded, trace, Some(row), fault.reason) });
         }
         let (routine, sizes) = match &code.jacobian {
             JacobianForm::Entries(r) => (*r, [code.state_pattern.entries(), code.rate_pattern.entries()]),
@@ -41,11 +43,8 @@ impl Instance {
     /// A failure of the initial system, in general words if it cannot be located.
     pub(crate) fn initial_failure(&mut self, z: &[f64]) -> EvalFailure {
         let found = self.find_failure(true, Point { unknown: z, rate: &[] });
-        found.unwrap_or_else(|| EvalFailure {
-            equation: None,
-            variable: None,
-            reason: "an initial value is not a number".into(),
-        })
+        let reason = "an initial value is not a number".to_string();
+        found.unwrap_or_else(|| EvalFailure { reason, ..EvalFailure::default() })
     }
 
     /// The first discrete variable that is not finite.
@@ -92,7 +91,8 @@ impl Instance {
                 None => layout.starts.iter().find(|&&(place, _)| place == index).map(|&(_, name)| name),
             }
         });
-        Some(EvalFailure { equation: None, variable: name.map(|name| loaded.model.names.text(name)), reason })
+        let variable = name.map(|name| loaded.model.names.text(name));
+        Some(EvalFailure { variable, reason, ..EvalFailure::default() })
     }
 
     fn fault(&mut self, routine: RoutineId, point: Point<'_>, out: usize, out2: usize) -> Option<Fault> {
@@ -111,7 +111,8 @@ impl Instance {
 
 fn of_an_event(fault: Option<Fault>, name: impl Fn(&Fault) -> Option<String>, general: &str) -> EvalFailure {
     let variable = fault.as_ref().and_then(name);
-    EvalFailure { equation: None, variable, reason: fault.map_or_else(|| general.into(), |fault| fault.reason) }
+    let reason = fault.map_or_else(|| general.into(), |fault| fault.reason);
+    EvalFailure { variable, reason, ..EvalFailure::default() }
 }
 
 fn failure(loaded: &Loaded, trace: &RowNames, row: Option<usize>, reason: String) -> EvalFailure {
@@ -120,7 +121,36 @@ fn failure(loaded: &Loaded, trace: &RowNames, row: Option<usize>, reason: String
         equation: row.and_then(|row| trace.equations.get(row).copied()),
         variable: target.map(|target| loaded.model.names.text(target)),
         reason,
+        reads: Vec::new(),
     }
+}
+
+/// What was read at a fault, by the names of the user; values without a name, as numbers of the text, say nothing.
+fn readings(loaded: &Loaded, trace: &RowNames, initial: bool, fault: &Fault) -> Vec<Reading> {
+    let model = &loaded.model;
+    let name_of = |area: Area, index: u32| match area {
+        Area::Work => trace.targets.get(index as usize).copied().flatten().map(|name| model.names.text(name)),
+        Area::Unknown if initial => model.tables.initial_unknowns.get(index as usize).map(ToString::to_string),
+        Area::Unknown => Some(model.tables.unknown_name(index as usize)),
+        Area::Data => {
+            let parameter = index.checked_sub(model.area.parameters.start);
+            let start = || model.area.starts.iter().find(|&&(place, _)| place == index).map(|&(_, name)| name);
+            let name = parameter.and_then(|k| model.area.parameter_names.get(k as usize).copied()).or_else(start)?;
+            matches!(name.wrap, Wrap::Value | Wrap::Start).then(|| model.names.text(name))
+        }
+        _ => None,
+    };
+    let reading = |read: &Read| {
+        let name = name_of(read.area, read.index)?;
+        let variable = name.strip_suffix(".start").unwrap_or(&name);
+        let unit = model.tables.find(variable).map_or_else(String::new, |(variable, _)| variable.unit.to_string());
+        let of = match read.of {
+            None => None,
+            Some((area, index)) => Some(name_of(area, index)?),
+        };
+        Some(Reading { name, value: read.value, unit, of })
+    };
+    fault.reads.iter().filter_map(reading).collect()
 }
 
 /// The row of a fault in the residual routine.

@@ -52,7 +52,7 @@ impl Instance {
             }
             let Some(series) = &follower.series else {
                 let reason = format!("the input `{}` has no samples", site.name);
-                return Err(EvalFailure { equation: None, variable: Some(site.name.to_string()), reason });
+                return Err(EvalFailure { variable: Some(site.name.to_string()), reason, ..EvalFailure::default() });
             };
             follower.sample = series.interval(t0, 0);
             while follower.stepwise

@@ -132,7 +132,7 @@ impl Default for StateChoice {
 }
 
 /// An evaluation that has no finite value.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct EvalFailure {
     /// Index into `Tables::equations`, if known.
     pub equation: Option<u32>,
@@ -140,6 +140,21 @@ pub struct EvalFailure {
     pub variable: Option<String>,
     /// What happened, in words: "division by zero", "logarithm of -1", "not a number".
     pub reason: String,
+    /// What was read there, and what that was computed from, where it is known.
+    pub reads: Vec<Reading>,
+}
+
+/// A value that was read.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Reading {
+    /// Name of the variable or parameter.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit; empty where it has none.
+    pub unit: String,
+    /// What it was read for, if not for the value at fault itself.
+    pub of: Option<String>,
 }
 
 /// An `assert` that does not hold.

@@ -27,7 +27,7 @@ mod text;
 
 pub use dae::{
     AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, InputError,
-    InputSite, LoopError, ParameterError, Pattern, StateChoice, Structure, TimeEvent,
+    InputSite, LoopError, ParameterError, Pattern, Reading, StateChoice, Structure, TimeEvent,
 };
 pub use instant::Instants;
 pub use lanes::{LANES, wide};

@@ -78,11 +78,9 @@ fn varies(system: &EquationSystem, arena: &Arena, value: NodeId, operands: &[Ope
         Node::Time => true,
         Node::Slot(slot) => match operands[slot.index()].target() {
             Target::Var(v) => system.roles[v].is_continuous(),
-            Target::Der(_)
-            | Target::Delayed(_)
-            | Target::DelayedRate(_)
-            | Target::Input(_)
-            | Target::InputRate(_) => true,
+            Target::Der(_) | Target::Delayed(_) | Target::DelayedRate(_) | Target::Input(_) | Target::InputRate(_) => {
+                true
+            }
             _ => false,
         },
         _ => false,

@@ -7,6 +7,7 @@
 //! vary, the choice is left to the run (`selection`), because it may have to change (a pendulum that turns over).
 //! Should the variables left open turn out to be equal or further constrained, all is chosen once, at the start values.
 
+mod held;
 mod higher;
 mod jumps;
 pub(crate) mod selection;
@@ -24,6 +25,7 @@ use crate::alias::eliminate_aliases;
 use crate::balance::{check_balance, high_index};
 use crate::explain::faults::{list_names, mark_equations, mark_variables};
 use crate::explain::floating::with_floating;
+use crate::index_reduction::held::derivative_of_held;
 use crate::index_reduction::higher::Derivatives;
 use crate::index_reduction::jumps::jumps;
 use crate::index_reduction::selection::{append_selections, candidates_are_distinct};
@@ -38,6 +40,9 @@ const MOST_ROUNDS: usize = 8;
 
 /// The system with index 1 or less; none if it is structurally at fault.
 pub fn reduce_index(mut system: EquationSystem) -> Outcome<Option<EquationSystem>> {
+    if let Some(fault) = derivative_of_held(&system) {
+        return Outcome { value: None, diagnostics: vec![fault] };
+    }
     // Wishes are kept where they can be; where they cannot, the model is what it is without them.
     if let Some(mut wished) = with_wished_states(&system) {
         let mut diagnostics = Vec::new();

@@ -177,7 +177,11 @@ impl Binding {
             _ => format!("{names} depend on each other in a cycle"),
         };
         let equations: Vec<EqId> = members.iter().map(|&node| self.nodes[node as usize].0).collect();
-        mark_equations(Diagnostic::error(Code::CircularParameters, message), system, &equations)
+        let help = match members.len() {
+            1 => "give it a value that does not depend on it".to_string(),
+            _ => format!("give one of them, {names}, a number instead"),
+        };
+        mark_equations(Diagnostic::error(Code::CircularParameters, message).help(help), system, &equations)
     }
 }
 

@@ -219,7 +219,7 @@ impl Flattener<'_, '_> {
                 Some(Direction::Input) if outside && !self.scopes.instances[leaf].protected => {
                     sources.push((v, leaf, at))
                 }
-                Some(_) => taken.push(v),
+                Some(_) => taken.push((v, leaf)),
                 None => {}
             }
         }
@@ -230,7 +230,7 @@ impl Flattener<'_, '_> {
         let number = names.len();
         let names = names.join(", ");
         let message = match taken.first() {
-            Some(&v) => {
+            Some(&(v, _)) => {
                 format!("`{}` takes one value, but {number} are connected to it: {names}", self.model.var_name(v))
             }
             None => format!("{number} sources are connected to each other: {names}"),
@@ -242,8 +242,29 @@ impl Flattener<'_, '_> {
                 diagnostic = diagnostic.with(declared, "gives a value");
             }
         }
-        self.report(diagnostic.help("an output may go to several inputs, but an input takes one output"));
+        diagnostic = diagnostic.help("an output may go to several inputs, but an input takes one output");
+        // A component with several inputs may have got at one what was meant for another.
+        let others = taken.first().map_or_else(Vec::new, |&(_, leaf)| self.other_inputs(leaf));
+        if !others.is_empty() {
+            diagnostic = diagnostic.help(format!("perhaps one of them is meant for {}", others.join(" or ")));
+        }
+        self.report(diagnostic);
         true
+    }
+
+    /// Names of the other inputs of the component that has an input.
+    fn other_inputs(&mut self, leaf: InstId) -> Vec<String> {
+        let instances = &self.scopes.instances;
+        let Some(component) = instances[leaf].parent else { return Vec::new() };
+        let mut all: Vec<InstId> = instances[component].by_name.values().copied().collect();
+        all.sort_unstable();
+        let is_other = |&inst: &InstId| {
+            inst != leaf
+                && instances[inst].parent == Some(component)
+                && self.direction_of(inst) == Some(Direction::Input)
+        };
+        all.retain(is_other);
+        all.into_iter().map(|inst| format!("`{}`", self.path(inst))).collect()
     }
 
     /// `input` or `output` of a variable in a connector, its own or that of what it is part of.

@@ -349,11 +349,12 @@ impl Flattener<'_, '_> {
         let declared = self.scopes.instances[inst].span;
         let what = if section == Section::Start { "the start value" } else { "the value" };
         let message = format!("{what} of `{name}` is {}, but `{name}` is {}", value.scalar.name(), to.name());
-        self.report(
-            Diagnostic::error(Code::TypeMismatch, message)
-                .at(span, value.scalar.name().to_string())
-                .with(declared, "declared here"),
-        );
+        let said = Diagnostic::error(Code::TypeMismatch, message)
+            .at(span, value.scalar.name().to_string())
+            .with(declared, "declared here");
+        let whole = "`div(a, b)` is the quotient of integers without its remainder (`/` gives a Real), `integer(x)` the integer at or below x";
+        let is_whole = *to == ScalarType::Integer && value.scalar == ScalarType::Real;
+        self.report(if is_whole { said.help(whole) } else { said });
         Err(Fail::Reported)
     }
 

@@ -79,7 +79,8 @@ impl ClassTable<'_> {
         let is_wanted = |full: &str| full.rsplit('.').next().is_some_and(|last| last.to_lowercase() == wanted);
         // What is named from the class itself, and all of the libraries.
         let around = self.class_names_from(Some(class));
-        let mut fitting: Vec<String> = around.iter().map(|name| name.to_string()).filter(|full| is_wanted(full)).collect();
+        let mut fitting: Vec<String> =
+            around.iter().map(|name| name.to_string()).filter(|full| is_wanted(full)).collect();
         if fitting.is_empty() {
             fitting = self.library_names();
             fitting.retain(|full| is_wanted(full));

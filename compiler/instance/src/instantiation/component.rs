@@ -4,7 +4,7 @@
 
 use std::rc::Rc;
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Diagnostic, Edit, Reported, Span};
 use hyd_syntax::tree::{Argument, ClassBody, ClassKind, Component, Expr, ExprKind, Modification, Name};
 
 use crate::classes::class::ClassId;
@@ -142,8 +142,34 @@ impl Scopes<'_> {
             current = self.instances[above].parent;
         }
         let message = format!("no enclosing model declares `inner {name}`");
-        self.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "`outer` here"));
+        let said = Diagnostic::error(Code::UnknownName, message).at(span, "`outer` here");
+        let said = self.with_other_inner(said, parent, name);
+        self.table.report(said);
         Err(Reported)
+    }
+
+    /// Adds `inner` elements of other names that are around a component to the message about one that is not there, and the change of name where there
+    /// is one of them only.
+    fn with_other_inner(&mut self, said: Diagnostic, parent: InstId, name: &Name) -> Diagnostic {
+        let mut found: Vec<(String, Span)> = Vec::new();
+        let mut current = self.instances[parent].parent;
+        while let Some(above) = current {
+            if let Some(shape) = self.instances[above].shape.clone() {
+                let declared = shape.elements.iter().filter_map(|element| self.declared(&shape, element));
+                let inner = declared.filter(|own| own.prefixes.inner);
+                found.extend(inner.map(|own| (own.name.name.to_string(), own.name.span)));
+            }
+            current = self.instances[above].parent;
+        }
+        let names: Vec<String> = found.iter().map(|(own, _)| format!("`{own}`")).collect();
+        match found.as_slice() {
+            [] => said.help(format!("declare `inner ... {name};` in the model that is run")),
+            [(own, at)] => said
+                .with(*at, "an `inner` of another name")
+                .help(format!("`inner` and `outer` must have one name: is `{own}` meant?"))
+                .propose(format!("call `{own}` `{name}`"), vec![Edit { span: *at, text: name.to_string() }]),
+            _ => said.help(format!("`inner` and `outer` must have one name; there are {}", names.join(", "))),
+        }
     }
 
     /// The `inner` component of that name which an instance has for those inside it.

@@ -195,6 +195,9 @@ impl Scopes<'_> {
         if let Some(span) = declared {
             diagnostic = diagnostic.with(span, "declared final here");
         }
+        let diagnostic = diagnostic.help(format!(
+            "leave `{name}` out: its declaration decides its value, so set what that reads, if anything"
+        ));
         self.table.report(diagnostic);
     }
 

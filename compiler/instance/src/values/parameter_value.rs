@@ -3,7 +3,7 @@
 //! Circles of parameters end in a message that shows the way round (Modelica 3.6, section 4.4.4).
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::Variability;
+use hyd_syntax::tree::{BinaryOp, ExprKind, Variability};
 
 use crate::classes::modifier::Applied;
 use crate::instantiation::instance::{InstId, ScalarType, path};
@@ -123,8 +123,18 @@ impl Scopes<'_> {
         };
         let value = self.evaluate_applied(&applied)?;
         if integer && value.flatten().iter().any(|v| matches!(v, Value::Real(_))) {
-            let place = applied.tree.binding.as_ref().map_or(span, |b| b.span);
-            return Err(self.no_meaning(place, format!("`{name}` is an Integer and cannot take a Real value")));
+            let binding = applied.tree.binding.as_ref();
+            let place = binding.map_or(span, |b| b.span);
+            let message = format!("`{name}` is an Integer and cannot take a Real value");
+            let said = Diagnostic::error(Code::TypeMismatch, message).at(place, "");
+            let said = match binding.map(|binding| &binding.kind) {
+                Some(ExprKind::Binary(BinaryOp::Div, ..)) => {
+                    said.help("`/` gives a Real: `div(a, b)` is the quotient of integers")
+                }
+                _ => said,
+            };
+            self.table.report(said);
+            return Err(Reported);
         }
         Ok(if real { widen(value) } else { value })
     }
