@@ -296,13 +296,17 @@ fn grown(place: &Place) -> Option<(&str, f64, f64)> {
 /// What was read for the value at fault, and what the values among that were computed from.
 fn reads_lines(f: &mut Formatter<'_>, failure: &EvalFailure) -> fmt::Result {
     let said = |of: Option<&str>| {
-        let own = failure.reads.iter().filter(|read| read.of.as_deref() == of).take(MOST_NAMED);
+        let own = || failure.reads.iter().filter(move |read| read.of.as_deref() == of);
+        let more = match own().count().saturating_sub(MOST_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
         let one = |read: &Reading| {
             let space = if read.unit.is_empty() || read.unit == "1" { "" } else { " " };
             let unit = if space.is_empty() { "" } else { &read.unit };
             format!("{} = {}{space}{unit}", read.name, significant(read.value))
         };
-        own.map(one).collect::<Vec<_>>().join(", ")
+        own().take(MOST_NAMED).map(one).collect::<Vec<_>>().join(", ") + &more
     };
     let first = said(None);
     if first.is_empty() {

@@ -186,6 +186,8 @@ impl ReportFolder {
         }
         if let Some(run) = report.json.get_mut("run").and_then(Value::as_object_mut) {
             run.insert("copied".into(), copied.into());
+            let model = report.model.as_ref().map(|text| fingerprint(text.as_bytes()));
+            run.insert("fingerprint".into(), model.into());
         }
         Ok(())
     }
@@ -215,7 +217,7 @@ enum Place {
     Other,
 }
 
-fn fingerprint(bytes: &[u8]) -> String {
+pub(crate) fn fingerprint(bytes: &[u8]) -> String {
     format!("{:016x}", hash([bytes]))
 }
 

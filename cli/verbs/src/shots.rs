@@ -10,17 +10,22 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
-use hyd_compiler::{Compilation, Extras, Goal};
+use hyd_compiler::{Compilation, Extras, Goal, Severity};
+use hyd_discovery::is_below;
 use hyd_results::{Trajectory, note_read};
 use hyd_run::{BackendName, InputArguments, InputTable, RunArguments, Solver, Status, parameter_file, read_text};
 use hyd_system::Place;
 use serde_json::Value;
 
+use crate::discovered_files::fingerprint;
 use crate::study::{Opened, failure};
 use crate::{Failure, Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
 
 /// Rows of a run at least and at most; in between it has a row for each sample.
 const ROWS: (usize, usize) = (200, 50_000);
+
+/// Part of a value by which it may differ from the end of a range that it is at: tables have nine digits.
+const END: f64 = 1e-7;
 
 /// Shots, and the model with their channels.
 pub struct Shots {
@@ -152,6 +157,11 @@ pub fn is_written_model(report: &Path, file: &Path) -> bool {
     }
 }
 
+/// Name of the class that a report has written; none where nothing was found.
+pub fn written_class(report: &Value) -> Option<&str> {
+    report["change"].as_str()?.split_whitespace().nth(1)
+}
+
 /// Names of the inputs that shots of a report drive.
 pub fn driven_by(report: &Value) -> Vec<String> {
     let shots = report["run"]["shots"].as_array().into_iter().flatten();
@@ -208,13 +218,17 @@ impl Shots {
             if own["shot"].as_u64() != Some(record.number as u64) {
                 return Err(fault(CURVES, &format!("its shots are not those of `{REPORT}`, or not in their order")));
             }
-            let parameters = folder.join(own["parameters"].as_str().ok_or_else(wrong)?);
+            let inside = |name: &str| match is_below(name) {
+                true => Ok(folder.join(name)),
+                false => Err(fault(REPORT, &format!("`{name}` is not a file of its folder"))),
+            };
+            let parameters = inside(own["parameters"].as_str().ok_or_else(wrong)?)?;
             let table = match own["inputs"].as_str() {
                 None => None,
                 Some(name) => {
                     let holds = own["holds"].as_object().into_iter().flatten();
                     let hold = holds.filter_map(|(name, hold)| Some(format!("{name}={}", hold.as_str()?))).collect();
-                    InputArguments { input: Some(folder.join(name)), hold }.read()?
+                    InputArguments { input: Some(inside(name)?), hold }.read()?
                 }
             };
             let number = |key: &str| own[key].as_f64().ok_or_else(wrong);
@@ -246,7 +260,14 @@ impl Shots {
         }
         let driven = driven_by(report);
         let mut shots = Self::translated(model, (channels, all), &driven, libraries, listener)?;
-        shots.learn_added();
+        if report["run"]["fingerprint"].as_str() == Some(&fingerprint(model.text.as_bytes())) {
+            shots.learn_added();
+        } else {
+            let edited = model.file.display();
+            listener.sentence(Severity::Warning, &format!(
+                "`{edited}` is not as the report has written it: what a measuring chain adds over time (hum, drift) is left out"
+            ));
+        }
         Ok(Some(shots))
     }
 
@@ -313,6 +334,9 @@ impl Shots {
         listener: &dyn Listener,
     ) -> Result<Self, Failure> {
         let name = model.file.display().to_string();
+        if let Some(channel) = channels.iter().find(|own| own.expression.contains(';')) {
+            return Err(Failure::Fault(format!("`{}` is not an expression of a channel", channel.expression)));
+        }
         let expressions: Vec<&str> = channels.iter().map(|own| own.expression.as_str()).collect();
         let known = format!("{}{}", model.text, expressions.join(" "));
         let (class, variable) = (free("WithChannels", &known), free("channel", &known));
@@ -358,8 +382,9 @@ impl Shots {
                 let chain = trace.chain;
                 let added = models.channels[k].iter().zip(found).map(|(model, found)| {
                     let whole = chain.gain * model + chain.offset;
+                    let is_at = |end: f64| end.is_finite() && (found - end).abs() <= END * end.abs().max(found.abs());
                     // Of what is at the end of a range nothing more is known.
-                    let is_clipped = *found <= chain.limits.0 || *found >= chain.limits.1;
+                    let is_clipped = is_at(chain.limits.0) || is_at(chain.limits.1) || chain.clamped(whole) != whole;
                     if is_clipped || !whole.is_finite() { 0.0 } else { found - whole }
                 });
                 trace.added = added.collect();

@@ -15,6 +15,9 @@ use crate::session::Model;
 /// Samples of a channel that a page draws.
 const MOST_DRAWN: usize = 2000;
 
+/// Parameters with their values as text.
+type Set<'a> = &'a [(String, String)];
+
 /// Shots, and how the model stands beside them before anything is changed.
 pub(crate) struct Beside {
     pub(crate) shots: Shots,
@@ -98,14 +101,23 @@ impl Beside {
 
     /// The answer to changed parameters: how far each shot is from what was measured, and the curves of one of them.  What belongs to shots alone,
     /// as their conditions, is changed in that one only.
-    pub(crate) fn answer(&self, changed: &[(String, String)], chosen: usize, stopped: &dyn Fn() -> bool) -> Numbers {
+    /// `model`: what is set for all of them.
+    pub(crate) fn answer(
+        &self,
+        (model, changed): (Set<'_>, Set<'_>),
+        chosen: usize,
+        stopped: &dyn Fn() -> bool,
+    ) -> Numbers {
         let begin = clock::wall_seconds();
         let (mut deviations, mut messages) = (Vec::new(), Vec::new());
         let mut numbers = Numbers::default();
         for (k, shot) in self.shots.all.iter().enumerate() {
             let is_own = |name: &String| shot.set.iter().any(|(own, _)| own == name);
             let of_shot = changed.iter().filter(|(name, _)| k == chosen || !is_own(name)).cloned();
-            let answer = self.shots.run(k, &of_shot.collect::<Vec<_>>(), stopped);
+            let of_shot: Vec<(String, String)> = of_shot.collect();
+            let others = model.iter().filter(|(name, _)| of_shot.iter().all(|(other, _)| other != name)).cloned();
+            let set: Vec<(String, String)> = others.chain(of_shot.iter().cloned()).collect();
+            let answer = self.shots.run(k, &set, stopped);
             if answer.interrupted || stopped() {
                 return Numbers { header: json!({"status": "interrupted", "message": ""}), ..Numbers::default() };
             }

@@ -70,6 +70,12 @@ pub fn view(
             let path = path.display();
             return Err(Failure::Usage(format!("`{path}` is a page in one file already")));
         }
+        let dropped = [("--bench", options.bench.is_some()), ("--model", options.class.is_some())];
+        if let Some((option, _)) = dropped.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(Failure::Usage(format!(
+                "{option} says nothing of a report, which knows its model and its shots"
+            )));
+        }
         let page = read_text(&path).map_err(|error| Failure::Fault(error.to_string()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let served = Served {

@@ -220,15 +220,13 @@ impl Server {
         let Some(model) = &read.session.model else { return refused("there is no model that can be run") };
         let number = self.newest_shots.fetch_add(1, Ordering::Relaxed) + 1;
         let stopped = || self.newest_shots.load(Ordering::Relaxed) != number || interrupt::requested();
-        let mut set = model.set.clone();
-        for own in changed(body) {
-            set.retain(|(name, _)| *name != own.0);
-            set.push(own);
-        }
+        let changed = changed(body);
+        let others = model.set.iter().filter(|(name, _)| changed.iter().all(|(other, _)| other != name)).cloned();
+        let set: Vec<(String, String)> = others.chain(changed.iter().cloned()).collect();
         if let Err(words) = model.within_limits(&set) {
             return refused(&words);
         }
-        beside.answer(&set, body["shot"].as_u64().unwrap_or(0) as usize, &stopped)
+        beside.answer((&model.set, &changed), body["shot"].as_u64().unwrap_or(0) as usize, &stopped)
     }
 
     /// The answer to `{"reading": n, "set": {...}, "columns": [...]}`, with `"shot": k` under the conditions of a shot, or `{"reading": n, "file": k, "columns": [...]}`.

@@ -18,7 +18,7 @@ use hyd_verbs::unit::is_unit;
 use hyd_verbs::{Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
 use serde_json::{Map, Value, json};
 
-use hyd_verbs::shots::{Shot, driven_by, is_written_model};
+use hyd_verbs::shots::{Shot, driven_by, is_written_model, written_class};
 use hyd_verbs::study::{StudyFiles, open as open_study};
 
 use crate::beside::Beside;
@@ -128,6 +128,8 @@ impl Session {
             let report = written.first().map(|report| finding::parse(report)).transpose()?;
             let driven = report.as_ref().map(driven_by).unwrap_or_default();
             let own = Model::open(first, chosen, &driven, listener)?;
+            let class = own.compilation.model_name.as_deref();
+            let report = report.filter(|report| class.is_some() && written_class(report) == class);
             if let (Some(report), Some(file)) = (&report, written.first()) {
                 beside = Beside::of_report(file, report, &own, chosen.libraries, listener)?;
             }
@@ -165,7 +167,8 @@ impl Session {
             if session.finding.is_some() {
                 return Err(Failure::Usage("a page shows the finding of one search".to_string()));
             }
-            let written = session.model.as_ref().is_some_and(|model| is_written_model(&report, &model.file));
+            let written = session.model.as_ref().is_some_and(|model| is_written_model(&report, &model.file))
+                && written_class(&finding::parse(&report)?) == Some(name);
             session.finding = Some(finding::read(&report, (!written).then_some(name))?);
         }
         Ok(session)
@@ -360,7 +363,7 @@ impl Model {
         }
         let arguments = RunArguments {
             start: shot.map(|shot| shot.span.0),
-            stop: shot.map(|shot| shot.span.1).or(self.stop),
+            stop: self.stop.or(shot.map(|shot| shot.span.1)),
             tolerance: None,
             intervals: None,
             every_step: false,

@@ -1,6 +1,7 @@
 //! Continuous numbers that are compared for equality where that is meant to cause an event.
 //!
-//! Two numbers that vary are equal at single instants at most, and rounding decides whether a step of the solver meets one: no event can be looked
+//! Looked at are states and the time, in what decides about a `when` and in Boolean variables: of other variables it is not known that they vary
+//! between events.  Two numbers that vary are equal at single instants at most, and rounding decides whether a step of the solver meets one: no event can be looked
 //! for (Modelica 3.6, section 3.5, allows `==` and `<>` of real numbers in functions only).
 
 use std::collections::BTreeSet;
@@ -9,9 +10,10 @@ use hyd_flat::{Section, Target};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::{Node, Relation, post_order};
+use hyd_system::ValueKind;
 
 use crate::explain::faults::equation_span;
-use crate::system::EquationSystem;
+use crate::system::{EquationSystem, Role};
 
 /// A warning for each discrete equation and each `when` with such a condition; the relations of the system still stand in its expressions.
 pub(crate) fn real_equalities(system: &EquationSystem) -> Vec<Diagnostic> {
@@ -22,27 +24,45 @@ pub(crate) fn real_equalities(system: &EquationSystem) -> Vec<Diagnostic> {
         if system.section(eq) != Section::Discrete {
             continue;
         }
+        let is_truth = |operand: hyd_flat::Operand| match operand.target() {
+            Target::Var(v) => system.flat.variables[system.flat.locate(v).0].kind == ValueKind::Boolean,
+            _ => false,
+        };
+        if !system.left_operand(eq).is_some_and(is_truth) {
+            continue;
+        }
         let equation = system.equations[eq];
         let template = system.flat.templates.get(equation.template);
         let operands = system.operands_of(equation.operands);
         let varies = |id| match arena.node(id) {
             Node::Time => true,
             Node::Slot(slot) => match operands[slot.index()].target() {
-                Target::Var(v) => system.roles[v].is_continuous(),
+                Target::Var(v) => system.roles[v] == Role::State,
                 Target::Der(_) => true,
                 _ => false,
             },
             _ => false,
         };
-        let is_met = |id| match arena.node(id) {
-            Node::Event(Relation::Equal | Relation::NotEqual, a, b)
-            | Node::Compare(Relation::Equal | Relation::NotEqual, a, b) => {
-                post_order(arena, &[a, b]).into_iter().any(varies)
-            }
-            _ => false,
+        // What is compared are numbers, not what is true of them.
+        let is_number = |id| {
+            !matches!(
+                arena.node(id),
+                Node::Event(..) | Node::Compare(..) | Node::Not(_) | Node::And(..) | Node::Or(..) | Node::If(..)
+            )
         };
-        if post_order(arena, &[template.left, template.right]).into_iter().any(is_met) {
-            places.insert(equation_span(system, eq));
+        let mut stack = vec![template.right];
+        while let Some(id) = stack.pop() {
+            match arena.node(id) {
+                Node::Event(Relation::Equal | Relation::NotEqual, a, b)
+                | Node::Compare(Relation::Equal | Relation::NotEqual, a, b)
+                    if is_number(a) && is_number(b) && post_order(arena, &[a, b]).into_iter().any(varies) =>
+                {
+                    places.insert(equation_span(system, eq));
+                }
+                Node::Not(a) => stack.push(a),
+                Node::And(a, b) | Node::Or(a, b) => stack.extend([a, b]),
+                _ => {}
+            }
         }
     }
     let warning = |span: Span| {

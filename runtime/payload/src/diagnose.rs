@@ -8,7 +8,7 @@ use crate::instance::{Instance, Point};
 use crate::loaded::Loaded;
 use crate::memory::Memory;
 use crate::names::{RowNames, Wrap};
-use crate::program::{Area, RoutineId};
+use crate::program::{Area, RoutineId, TIME};
 use crate::routines::{JacobianForm, PlanRoutines};
 use crate::vm::{Fault, Read};
 
@@ -132,6 +132,11 @@ fn readings(loaded: &Loaded, trace: &RowNames, initial: bool, fault: &Fault) -> 
         Area::Work => trace.targets.get(index as usize).copied().flatten().map(|name| model.names.text(name)),
         Area::Unknown if initial => model.tables.initial_unknowns.get(index as usize).map(ToString::to_string),
         Area::Unknown => Some(model.tables.unknown_name(index as usize)),
+        Area::Data if index == TIME => Some("time".to_string()),
+        Area::Data if model.area.discrete.contains(&index) => {
+            let first = model.row.len() as u32 - model.row.discrete;
+            model.tables.name_at(Place::Output(first + index - model.area.discrete.start))
+        }
         Area::Data => {
             let parameter = index.checked_sub(model.area.parameters.start);
             let start = || model.area.starts.iter().find(|&&(place, _)| place == index).map(|&(_, name)| name);
@@ -143,7 +148,10 @@ fn readings(loaded: &Loaded, trace: &RowNames, initial: bool, fault: &Fault) -> 
     let reading = |read: &Read| {
         let name = name_of(read.area, read.index)?;
         let variable = name.strip_suffix(".start").unwrap_or(&name);
-        let unit = model.tables.find(variable).map_or_else(String::new, |(variable, _)| variable.unit.to_string());
+        let unit = if name == "time" { Some("s".to_string()) } else { None };
+        let unit = unit.unwrap_or_else(|| {
+            model.tables.find(variable).map_or_else(String::new, |(variable, _)| variable.unit.to_string())
+        });
         let of = match read.of {
             None => None,
             Some((area, index)) => Some(name_of(area, index)?),

@@ -4,6 +4,9 @@ model Run
   Real y;
   Integer n(start = 0, fixed = true);
   Integer m(start = 0, fixed = true);
+  Real level = if time >= 0.5 then 2 else 1 "constant between events";
+  Integer reached(start = 0, fixed = true);
+  Boolean both = (time > 0.2) == (time > 0.4);
 equation
   der(h) = 1;
   y = if h == 0 then 1 else sin(h)/h;
@@ -12,5 +15,8 @@ equation
   end when;
   when n == 1 then
     m = 1;
+  end when;
+  when level == 2 then
+    reached = 1;
   end when;
 end Run;

@@ -256,6 +256,37 @@ fn runs_of_the_written_model_are_the_curves_of_the_report() {
     let viewer = Viewer::start(&place, &["."]);
     assert!(viewer.page_at("/").contains("<a href=\"/model?token="), "a link to the model");
     assert!(viewer.page_at("/model").contains("<a href=\"/report?token="), "a link to the report");
+    // Options that say nothing of a report are refused, and files outside of its folder.
+    let refused = run(&place, &["view", ".", "--bench", "set.json"]);
+    assert!(
+        refused.code == Some(2) && refused.stderr.contains("--bench says nothing of a report"),
+        "{}",
+        refused.stderr
+    );
+    let refused = run(&place, &["view", "discovered.hyd", ".", "--model", "Rig", "--output", "page.html"]);
+    assert_eq!((refused.code, refused.stderr.as_str()), (Some(0), ""), "the base model has no shots of its own");
+    assert_eq!(data(&std::fs::read_to_string(place.join("page.html")).unwrap())["shots"], Value::Null);
+    let json = std::fs::read_to_string(place.join("report.json")).unwrap();
+    std::fs::write(place.join("report.json"), json.replace("\"shots/shot_1.toml\"", "\"../shot_1.toml\"")).unwrap();
+    let refused = run(&place, &["view", "discovered.hyd", ".", "--output", "page.html"]);
+    assert!(refused.code == Some(1) && refused.stderr.contains("is not a file of its folder"), "{}", refused.stderr);
+    std::fs::write(place.join("report.json"), json).unwrap();
+    // A model that was edited is shown with a warning, and is as far from the shots as it has become.
+    let text = std::fs::read_to_string(place.join("discovered.hyd")).unwrap();
+    std::fs::write(place.join("discovered.hyd"), text.replace("q = s*c*h*h*h;", "q = 0;")).unwrap();
+    let edited = run(&place, &["view", "discovered.hyd", ".", "--output", "page.html"]);
+    assert!(
+        edited.code == Some(0) && edited.stderr.contains("is not as the report has written it"),
+        "{}",
+        edited.stderr
+    );
+    let page = data(&std::fs::read_to_string(place.join("page.html")).unwrap());
+    assert!(
+        page["shots"]["all"][3]["deviations"][0].as_f64().unwrap() > 3.0,
+        "{}",
+        page["shots"]["all"][3]["deviations"]
+    );
+    std::fs::write(place.join("discovered.hyd"), text).unwrap();
     // A report whose curves are cut off is refused with the line.
     let table = std::fs::read_to_string(place.join("trajectories.csv")).unwrap();
     let cut: String = table.lines().take(100).map(|line| format!("{line}\n")).collect();

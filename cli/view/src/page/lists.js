@@ -212,7 +212,8 @@ function layParameters(path) {
 // A parameter: its name, a field for its value, and a slider where it is a number that may be set.
 function parameter(own, model, prefix = "p-") {
   const id = prefix + own.n, now = entry(runs.set, own.n) ?? null, shot = inShot(own.n);
-  const original = shot !== null && Number.isFinite(Number(shot)) ? Number(shot) : model;
+  const known = { true: 1, false: 0 }, inNumbers = shot === null ? NaN : Array.isArray(own.k) ? own.k.indexOf(shot) + 1 : shot in known ? known[shot] : Number(shot);
+  const original = Number.isFinite(inNumbers) && (!Array.isArray(own.k) || inNumbers > 0) ? inNumbers : model;
   const numeric = now === null || own.k === "Boolean" || Array.isArray(own.k) ? original : Number(now);
   const name = element("label", { class: "name", for: id }, own.last, ...(own.d ? [element("small", {}, own.d)] : []), ...(shot !== null ? [element("small", {}, "as in shot " + chosenShot().number)] : []));
   const unit = element("span", { class: "unit" }, own.u && own.u !== "1" ? own.u : "");

@@ -29,7 +29,7 @@ if (isServed) {
 function load(set, changed) {
   const query = new URLSearchParams({ token: DATA.token });
   for (const [name, value] of set) query.append("set", name + "=" + value);
-  const now = { set: runs.set, path: lists.path, shown: picture.shown ? picture.shown.path : "" };
+  const now = { set: runs.set, shot: DATA.shots ? bench.chosen : 0, path: lists.path, shown: picture.shown ? picture.shown.path : "" };
   const left = JSON.stringify({ ...(DATA.failed ? address.left : now), field: changed });
   location.assign(location.pathname + "?" + query + "#" + encodeURIComponent(left));
 }

@@ -29,6 +29,7 @@ function beginShots() {
   const { shots } = DATA;
   if (!shots) return;
   bench.isRun = canRun;
+  bench.chosen = shots.all[address.left.shot] ? address.left.shot : 0;
   bench.deviations = shots.all.map((shot) => shot.deviations);
   bench.messages = shots.all.map((shot) => shot.message);
   takeFirst();
@@ -106,7 +107,8 @@ function layShot() {
 
 function chooseShot(k) {
   bench.chosen = k;
-  takeFirst();
+  // With other parameters its curves come with the answer.
+  if (Object.keys(runs.set).length) bench.curves = new Map(); else takeFirst();
   layDeviations();
   layShot();
   conditionsChanged();
@@ -137,7 +139,9 @@ async function runShots() {
       }
       layDeviations();
       redraw(() => bench.took.push({ from: own.begin, to: performance.now(), run: found.header.ms }));
-    } else if (found.header.status === "interrupted") bench.waiting = true;
+    } else if (found.header.status === "refused") say(found.header.message);
+    // Another page has taken its turn.
+    else await new Promise((next) => { setTimeout(next, 200 + 200 * Math.random()); bench.waiting = true; });
   } catch (error) { say(isGone(error) ? GONE : String(error.message || error)); }
   bench.flying = null;
   if (bench.waiting) { bench.waiting = false; runShots(); }

@@ -1,10 +1,11 @@
 //! Equations that jump at events although their derivative is needed.
 //!
 //! Between the jumps the derivative is right.  At a jump it would be an impulse, which no solution has; it is left out, and the user
-//! is warned, because a mass that is moved at once gets no speed by it.  A jump is a discrete real number, or a branch that gives way to another
-//! one while neither of them varies with time; corners, whose branches meet, are none.
+//! is warned, because a mass that is moved at once gets no speed by it.  A jump is a discrete real number that changes after the start, or a branch
+//! that gives way to another one while neither of them varies with time; corners, whose branches meet, are none.  What is multiplied by
+//! something that varies may vanish where it jumps (`w*w*sign(w)`), and is not looked at.
 
-use hyd_flat::{Operand, Target};
+use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic};
 use hyd_symbolic::{Arena, Node, NodeId, post_order};
@@ -58,6 +59,10 @@ fn is_jumping(system: &EquationSystem, eq: EqId) -> bool {
                 }
                 stack.extend([then, otherwise]);
             }
+            Node::Mul(a, b) | Node::Div(a, b) => {
+                let is_still = |id| !varies(system, arena, id, operands);
+                stack.extend([(a, b), (b, a)].into_iter().filter(|&(_, other)| is_still(other)).map(|(own, _)| own));
+            }
             // What is only true or false is asked by branches alone.
             Node::Event(..) | Node::Compare(..) | Node::Not(_) | Node::And(..) | Node::Or(..) => {}
             node => stack.extend(node.operands()),
@@ -66,10 +71,23 @@ fn is_jumping(system: &EquationSystem, eq: EqId) -> bool {
     false
 }
 
-/// A real number that events change.
+/// A real number that events change, those at the start aside.
 fn is_discrete_number(system: &EquationSystem, operand: Operand) -> bool {
     let Target::Var(v) = operand.target() else { return false };
-    system.roles[v] == Role::Discrete && system.flat.variables[system.flat.locate(v).0].kind == ValueKind::Real
+    system.roles[v] == Role::Discrete
+        && system.flat.variables[system.flat.locate(v).0].kind == ValueKind::Real
+        && !is_set_at_the_start_only(system, v)
+}
+
+/// True for `v = if initial() then ... else pre(v)`.
+fn is_set_at_the_start_only(system: &EquationSystem, v: VarId) -> bool {
+    let arena = &system.flat.templates.arena;
+    let sets = |&eq: &EqId| system.left_operand(eq).is_some_and(|operand| operand.target() == Target::Var(v));
+    let defining = system.equations_in(Section::Discrete).into_iter().find(sets);
+    defining.is_some_and(|eq| match arena.node(system.flat.templates.get(system.equations[eq].template).right) {
+        Node::If(condition, ..) => matches!(arena.node(condition), Node::Initial),
+        _ => false,
+    })
 }
 
 /// True if a value changes between events.

@@ -14,6 +14,9 @@ use crate::state::flattener::Flattener;
 const FLOWS: [&str; 14] =
     ["f", "F", "i", "I", "q", "Q", "tau", "torque", "m_flow", "V_flow", "H_flow", "Q_flow", "Phi", "force"];
 
+/// Inputs that may have been meant, in a message.
+const MOST_OTHERS: usize = 3;
+
 impl Flattener<'_, '_> {
     /// Reports an error if what a `connect` joins does not fit.
     pub(crate) fn check_connectors(
@@ -246,7 +249,9 @@ impl Flattener<'_, '_> {
         // A component with several inputs may have got at one what was meant for another.
         let others = taken.first().map_or_else(Vec::new, |&(_, leaf)| self.other_inputs(leaf));
         if !others.is_empty() {
-            diagnostic = diagnostic.help(format!("perhaps one of them is meant for {}", others.join(" or ")));
+            let shown = &others[..others.len().min(MOST_OTHERS)];
+            diagnostic =
+                diagnostic.help(format!("perhaps one of them is meant for another input there: {}", shown.join(", ")));
         }
         self.report(diagnostic);
         true

@@ -282,16 +282,7 @@ impl Flattener<'_, '_> {
             return Ok(());
         }
         let (k, name) = (if low < 0 { low + 1 } else { high.saturating_add(1) }, self.path(inst));
-        let message = format!("subscript {k} of `{name}` is outside 1..{size}");
-        let said = Diagnostic::error(Code::ArrayShape, message).at(span, "");
-        let many = |count: i64| if count == 1 { "one step".to_string() } else { format!("{count} steps") };
-        let said = match at.as_constant() {
-            Some(_) => said,
-            None if low < 0 => said.help(format!("the loop begins {} too early for it", many(-low))),
-            None => said.help(format!("the loop goes {} too far for it", many(high - size as i64 + 1))),
-        };
-        self.report(said);
-        Err(Fail::Reported)
+        Err(self.outside(span, &format!(" of `{name}`"), k, size))
     }
 
     pub(crate) fn subscript(&mut self, expr: &Expr, size: usize, cx: &mut Context) -> Result<Subscript, Fail> {

@@ -2,7 +2,7 @@
 //! last name.
 
 use hyd_source::{Code, Diagnostic, Edit, Severity, Span, closest, did_you_mean};
-use hyd_syntax::tree::{ClassBody, ComponentRef, Element, Ident, ImportKind, Name};
+use hyd_syntax::tree::{ClassBody, ClassKind, ComponentRef, Element, Ident, ImportKind, Name};
 
 use crate::classes::class::{ClassId, ClassTable, imports, nested_classes};
 use crate::classes::heir::Level;
@@ -72,22 +72,16 @@ impl ClassTable<'_> {
         (!fitting.is_empty()).then(|| format!("did you mean {}?", fitting.join(" or ")))
     }
 
-    /// Adds to the message about a component that is declared nowhere the declaration that it may lack: that of a class of its name which has the
+    /// Adds to the message about a component that is declared nowhere the declaration that it may lack: that of a model of its name in a library which has the
     /// element that is asked for.  A text that lacks it in several places is changed once.
     fn with_declaration(&mut self, said: Diagnostic, class: ClassId, name: &str, element: &str) -> Diagnostic {
         let wanted = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_').replace('_', "").to_lowercase();
         let is_wanted = |full: &str| full.rsplit('.').next().is_some_and(|last| last.to_lowercase() == wanted);
-        // What is named from the class itself, and all of the libraries.
-        let around = self.class_names_from(Some(class));
-        let mut fitting: Vec<String> =
-            around.iter().map(|name| name.to_string()).filter(|full| is_wanted(full)).collect();
-        if fitting.is_empty() {
-            fitting = self.library_names();
-            fitting.retain(|full| is_wanted(full));
-            fitting.sort_unstable();
-            fitting.dedup();
-            fitting.retain(|full| self.has_element(full, element));
-        }
+        let mut fitting = self.library_names();
+        fitting.retain(|full| is_wanted(full));
+        fitting.sort_unstable();
+        fitting.dedup();
+        fitting.retain(|full| self.can_be_declared(full, element));
         if wanted.is_empty() || fitting.is_empty() {
             return said;
         }
@@ -96,7 +90,7 @@ impl ClassTable<'_> {
         let def = self.class(class).def.clone();
         let ClassBody::Long { elements, .. } = &def.body else { return said };
         let first = elements.iter().find_map(|element| match element {
-            Element::Component(component) => Some(component.span),
+            Element::Component(component) if !component.prefixes.protected => Some(component.span),
             _ => None,
         });
         let (Some(first), [full]) = (first, fitting.as_slice()) else { return said };
@@ -105,13 +99,18 @@ impl ClassTable<'_> {
         if is_known { said } else { said.propose(format!("declare `{name}` as a `{full}`"), vec![edit]) }
     }
 
-    /// True if a class of a library has an element of this name.
-    fn has_element(&mut self, full: &str, element: &str) -> bool {
+    /// True if a class of a library may be that of a component, and has an element of this name.
+    fn can_be_declared(&mut self, full: &str, element: &str) -> bool {
         let mut parts = full.split('.').map(Name::from);
         let top = parts.next().and_then(|first| self.top(&first));
         let class = parts.fold(top, |class, part| class.and_then(|class| self.child(class, &part)));
-        let shape = class.and_then(|class| self.shape(class).ok());
-        shape.is_some_and(|shape| shape.elements.iter().any(|own| own.component && *own.name == *element))
+        let Some(class) = class else { return false };
+        let def = self.class(class).def.clone();
+        if !matches!(def.kind, ClassKind::Model | ClassKind::Block) || def.partial {
+            return false;
+        }
+        let shape = self.shape(class);
+        shape.is_ok_and(|shape| shape.elements.iter().any(|own| own.component && *own.name == *element))
     }
 
     /// Adds what may be meant by `part`, which `class` does not have, to the message about it.

@@ -4,7 +4,7 @@
 
 use std::rc::Rc;
 
-use hyd_source::{Code, Diagnostic, Edit, Reported, Span};
+use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{Argument, ClassBody, ClassKind, Component, Expr, ExprKind, Modification, Name};
 
 use crate::classes::class::ClassId;
@@ -148,8 +148,7 @@ impl Scopes<'_> {
         Err(Reported)
     }
 
-    /// Adds `inner` elements of other names that are around a component to the message about one that is not there, and the change of name where there
-    /// is one of them only.
+    /// Adds `inner` elements of other names that are around a component to the message about one that is not there.
     fn with_other_inner(&mut self, said: Diagnostic, parent: InstId, name: &Name) -> Diagnostic {
         let mut found: Vec<(String, Span)> = Vec::new();
         let mut current = self.instances[parent].parent;
@@ -166,8 +165,7 @@ impl Scopes<'_> {
             [] => said.help(format!("declare `inner ... {name};` in the model that is run")),
             [(own, at)] => said
                 .with(*at, "an `inner` of another name")
-                .help(format!("`inner` and `outer` must have one name: is `{own}` meant?"))
-                .propose(format!("call `{own}` `{name}`"), vec![Edit { span: *at, text: name.to_string() }]),
+                .help(format!("`inner` and `outer` must have one name: is `{own}` meant?")),
             _ => said.help(format!("`inner` and `outer` must have one name; there are {}", names.join(", "))),
         }
     }
