@@ -33,11 +33,18 @@ pub struct Shots {
     pub channels: Vec<Channel>,
     /// Shots in their order.
     pub all: Vec<Shot>,
-    /// The model with the channels as variables.
+    /// One for all shots, or one for each where starts of states differ, which the translation takes.
+    translated: Vec<Translated>,
+}
+
+/// The model with the channels as variables, and column and sign, or value, of each of them in a run.
+struct Translated {
     compilation: Compilation,
-    /// Column and sign, or value, of each channel in a run.
     found: Vec<Found>,
 }
+
+/// What a name ends with that sets the start of a state: the translation takes it.
+pub const START: &str = ".start";
 
 /// A channel.
 pub struct Channel {
@@ -348,28 +355,22 @@ impl Shots {
             let _ = writeln!(text, "  Real {variable}{k} = ({});", channel.expression);
         }
         let _ = writeln!(text, "end {class};");
-        let mut sources = libraries.path(model.file, model.text).map_err(Failure::Fault)?;
-        let request = Request { class: Some(class), set: Vec::new(), goal: Goal::Run };
-        let extras = Extras { driven, ..Extras::default() };
-        let compilation = compile_text(&mut sources, &name, &text, &request, &extras);
-        if compilation.has_errors() || compilation.model.is_none() {
-            listener.diagnostics(&compilation.files, &compilation.diagnostics);
-            return Err(Failure::Fault(format!("the channels of the bench cannot be translated with `{name}`")));
+        let starts = |shot: &Shot| -> Vec<(String, String)> {
+            shot.set.iter().filter(|(name, _)| name.ends_with(START)).cloned().collect()
+        };
+        let mut sets: Vec<Vec<(String, String)>> = all.iter().map(starts).collect();
+        if sets.iter().all(Vec::is_empty) {
+            sets.truncate(1);
         }
-        let found = (0..channels.len()).map(|k| {
-            let tables = compilation.model.as_ref()?.tables();
-            let (own, element) = tables.find(&format!("{variable}{k}"))?;
-            let source = own.sources.get(element)?;
-            let sign = if source.negated { -1.0 } else { 1.0 };
-            Some(match source.place {
-                Place::Output(at) => Found::Column(at as usize, sign),
-                Place::Parameter(at) => Found::Parameter(at as usize, sign),
-                Place::Constant(value) => Found::Constant(sign * value),
-            })
-        });
-        let found = found.collect::<Option<_>>();
-        let found = found.ok_or_else(|| Failure::Fault(format!("`{name}`: a channel of the bench has no values")))?;
-        Ok(Self { channels, all, compilation, found })
+        let translate = |set: Vec<(String, String)>| {
+            let mut sources = libraries.path(model.file, model.text).map_err(Failure::Fault)?;
+            let request = Request { class: Some(class.clone()), set, goal: Goal::Run };
+            let extras = Extras { driven, ..Extras::default() };
+            let compilation = compile_text(&mut sources, &name, &text, &request, &extras);
+            Translated::of(compilation, (&name, &variable, channels.len()), listener)
+        };
+        let translated = sets.into_iter().map(translate).collect::<Result<_, Failure>>()?;
+        Ok(Self { channels, all, translated })
     }
 
     /// Takes what a report shows beyond its chains for what is added to them, so that a run of the model as it stands is the curve of the report.
@@ -420,8 +421,9 @@ impl Shots {
             profile: false,
             json: true,
         };
+        let Translated { compilation, found } = &self.translated[shot.min(self.translated.len() - 1)];
         let run = Run {
-            compilation: &self.compilation,
+            compilation,
             set: &set,
             units: None,
             table: own.table.as_ref(),
@@ -430,7 +432,7 @@ impl Shots {
             translate_s: 0.0,
             progress: false,
         };
-        let whole = || with_whole_loops(&self.compilation, &set);
+        let whole = || with_whole_loops(compilation, &set);
         let (outcome, rows) = run.simulate(&whole, &Trajectory::new, stopped).map_err(|failure| match failure {
             Failure::Fault(message) | Failure::Usage(message) | Failure::Solver(message) => {
                 NoRun { message, interrupted: false }
@@ -438,13 +440,13 @@ impl Shots {
             _ => NoRun { message: "the run could not begin".to_string(), interrupted: false },
         })?;
         if let Err(error) = &outcome.result {
-            let flat = self.compilation.flat.as_deref();
-            let told = run_diagnostic(error, &self.compilation.files, flat, None);
+            let flat = compilation.flat.as_deref();
+            let told = run_diagnostic(error, &compilation.files, flat, None);
             let interrupted = matches!(outcome.summary.status, Status::Interrupted);
             return Err(NoRun { message: told.message, interrupted });
         }
         let parameters = rows.parameters();
-        let values = self.found.iter().zip(&own.traces).map(|(found, trace)| {
+        let values = found.iter().zip(&own.traces).map(|(found, trace)| {
             let times = own
                 .times
                 .iter()
@@ -491,6 +493,34 @@ impl Shots {
             .zip(&self.channels)
             .map(|((trace, curve), channel)| deviation(&trace.as_ref()?.measured, curve.as_ref()?, channel.sigma));
         Answer { deviations: deviations.collect(), curves, message, interrupted: false }
+    }
+}
+
+impl Translated {
+    /// Finds so many channels, called by one word and their number, in the model of a file.
+    fn of(
+        compilation: Compilation,
+        (name, variable, channels): (&str, &str, usize),
+        listener: &dyn Listener,
+    ) -> Result<Self, Failure> {
+        if compilation.has_errors() || compilation.model.is_none() {
+            listener.diagnostics(&compilation.files, &compilation.diagnostics);
+            return Err(Failure::Fault(format!("the channels of the bench cannot be translated with `{name}`")));
+        }
+        let found = (0..channels).map(|k| {
+            let tables = compilation.model.as_ref()?.tables();
+            let (own, element) = tables.find(&format!("{variable}{k}"))?;
+            let source = own.sources.get(element)?;
+            let sign = if source.negated { -1.0 } else { 1.0 };
+            Some(match source.place {
+                Place::Output(at) => Found::Column(at as usize, sign),
+                Place::Parameter(at) => Found::Parameter(at as usize, sign),
+                Place::Constant(value) => Found::Constant(sign * value),
+            })
+        });
+        let found = found.collect::<Option<_>>();
+        let found = found.ok_or_else(|| Failure::Fault(format!("`{name}`: a channel of the bench has no values")))?;
+        Ok(Self { compilation, found })
     }
 }
 

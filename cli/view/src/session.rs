@@ -18,7 +18,7 @@ use hyd_verbs::unit::is_unit;
 use hyd_verbs::{Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
 use serde_json::{Map, Value, json};
 
-use hyd_verbs::shots::{Shot, driven_by, is_written_model, written_class};
+use hyd_verbs::shots::{START, Shot, driven_by, is_written_model, written_class};
 use hyd_verbs::study::{StudyFiles, open as open_study};
 
 use crate::beside::Beside;
@@ -45,6 +45,8 @@ pub(crate) struct Model {
     pub(crate) open_ends: Vec<String>,
     /// The text.
     pub(crate) text: String,
+    /// Where its classes come from.
+    libraries: Libraries,
     /// Inputs that follow records of shots: without a shot it cannot be run.
     pub(crate) driven: Vec<String>,
 }
@@ -303,7 +305,17 @@ impl Model {
             Failure::Reported
         })?;
         let driven = driven.to_vec();
-        Ok(Self { file: file.to_path_buf(), compilation, extracted, set, stop: chosen.stop, open_ends, text, driven })
+        Ok(Self {
+            file: file.to_path_buf(),
+            compilation,
+            extracted,
+            set,
+            stop: chosen.stop,
+            open_ends,
+            text,
+            driven,
+            libraries: chosen.libraries.clone(),
+        })
     }
 
     /// Values of all parameters where nothing but `set` is changed; none for a model that cannot be run.
@@ -377,7 +389,16 @@ impl Model {
             profile: false,
             json: true,
         };
-        let compilation = &self.compilation;
+        // Starts of states are taken by the translation.
+        let starts: Vec<(String, String)> = set.iter().filter(|(name, _)| name.ends_with(START)).cloned().collect();
+        let again = match starts.is_empty() {
+            true => None,
+            false => match self.translated_with(starts) {
+                Ok(again) => Some(again),
+                Err(words) => return (json!({"status": "refused", "message": words}), Trajectory::new()),
+            },
+        };
+        let compilation = again.as_ref().unwrap_or(&self.compilation);
         if let Err(words) = self.within_limits(&set) {
             return (json!({"status": "refused", "message": words}), Trajectory::new());
         }
@@ -420,11 +441,23 @@ impl Model {
         (header, rows)
     }
 
+    /// The model with starts of states as a shot has them.
+    fn translated_with(&self, set: Vec<(String, String)>) -> Result<Compilation, String> {
+        let mut sources = self.libraries.path(&self.file, &self.text)?;
+        let request =
+            Request { class: self.compilation.model_name.as_deref().map(str::to_string), set, goal: Goal::Run };
+        let extras = Extras { driven: &self.driven, ..Extras::default() };
+        let name = self.file.display().to_string();
+        let again = compile_text(&mut sources, &name, &self.text, &request, &extras);
+        if again.has_errors() { Err(render(&again.files, &again.diagnostics, false)) } else { Ok(again) }
+    }
+
     /// `Err`: which parameter is outside of its limits.  A run does not ask, for the translation does where `--set` gives values.
     pub(crate) fn within_limits(&self, set: &[(String, String)]) -> Result<(), String> {
         let Some(model) = &self.compilation.model else { return Ok(()) };
         let mut system = model.instantiate();
-        parameters::apply(&mut system, set, &self.compilation.set_at_translation)?;
+        let set: Vec<(String, String)> = set.iter().filter(|(name, _)| !name.ends_with(START)).cloned().collect();
+        parameters::apply(&mut system, &set, &self.compilation.set_at_translation)?;
         let start = model.payload().experiment.start.unwrap_or(0.0);
         // Recorded inputs change no parameter, but without any nothing is bound.
         for input in 0..system.structure().inputs.len() {

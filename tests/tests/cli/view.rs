@@ -301,6 +301,29 @@ fn the_report_of_a_search_is_served_as_it_is() {
     assert!(outcome.code == Some(1) && outcome.stderr.contains("is a folder"), "{}", outcome.stderr);
 }
 
+/// Windows of one record begin at levels of their own, which the translation takes.
+#[test]
+fn windows_of_a_record_begin_where_they_do() {
+    let folder = Scratch::new();
+    let tanks = root().join("tests/real/tanks").display().to_string();
+    let (study, set) = (format!("{tanks}/bench.toml"), format!("{tanks}/set.json"));
+    let outcome = run(folder.path(), &["view", &study, "--bench", &set, "--library", &tanks, "--output", "page.html"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let shots = data(&folder.read("page.html"))["shots"]["all"].as_array().unwrap().clone();
+    assert_eq!(shots.len(), 4);
+    for shot in &shots {
+        let start =
+            shot["set"].as_array().unwrap().iter().find(|own| own[0] == "h_2.start").expect("a level at the start");
+        let (measured, now) = (&shot["traces"][0]["measured"][0], &shot["traces"][0]["now"][0]);
+        assert!(shot["deviations"][0].is_number(), "{}", shot["message"]);
+        let (start, now): (f64, f64) = (start[1].as_str().unwrap().parse().unwrap(), now.as_f64().unwrap());
+        assert!(
+            (now - start).abs() < 1e-6 && (now - measured.as_f64().unwrap()).abs() < 0.5,
+            "{start} {now} {measured}"
+        );
+    }
+}
+
 #[test]
 fn a_page_that_is_loaded_again_shows_the_text_as_it_is() {
     let folder = Scratch::new();
