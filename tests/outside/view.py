@@ -441,7 +441,7 @@ def check_shots(browser):
         page.get_by_role("button", name="Discovered", exact=True).click()
         check("as in shot 4" in page.inner_text("#parameters"), page.inner_text("#parameters"))
         page.get_by_role("button", name="as it was found").click()
-        until(page, "!bench.flying && bench.deviations.every((own) => own[0] < 1.2)")
+        until(page, "!bench.flying && bench.deviations.every((own) => own[0] < 1.2) && !view.due")
         drawn = page.evaluate("""() => {
           const own = document.querySelector("#channels canvas"), data = own.getContext("2d").getImageData(0, 0, own.width, own.height).data;
           let count = 0;
