@@ -293,34 +293,22 @@ fn grown(place: &Place) -> Option<(&str, f64, f64)> {
     })
 }
 
-/// What was read for the value at fault, and what the values among that were computed from.
+/// What the value at fault was computed from.
 fn reads_lines(f: &mut Formatter<'_>, failure: &EvalFailure) -> fmt::Result {
-    let said = |of: Option<&str>| {
-        let own = || failure.reads.iter().filter(move |read| read.of.as_deref() == of);
-        let more = match own().count().saturating_sub(MOST_NAMED) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let one = |read: &Reading| {
-            let space = if read.unit.is_empty() || read.unit == "1" { "" } else { " " };
-            let unit = if space.is_empty() { "" } else { &read.unit };
-            format!("{} = {}{space}{unit}", read.name, significant(read.value))
-        };
-        own().take(MOST_NAMED).map(one).collect::<Vec<_>>().join(", ") + &more
-    };
-    let first = said(None);
-    if first.is_empty() {
+    if failure.reads.is_empty() {
         return Ok(());
     }
-    write!(f, "\n  there {first}")?;
-    let names = failure.reads.iter().filter(|read| read.of.is_none()).take(MOST_NAMED);
-    for name in names.map(|read| read.name.as_str()) {
-        let from = said(Some(name));
-        if !from.is_empty() {
-            write!(f, "\n  {name} follows from {from}")?;
-        }
-    }
-    Ok(())
+    let one = |read: &Reading| {
+        let unit = Some(read.unit.as_str()).filter(|unit| !["", "1"].contains(unit));
+        let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
+        format!("{} = {}{unit}", read.name, significant(read.value))
+    };
+    let shown: Vec<String> = failure.reads.iter().take(MOST_NAMED).map(one).collect();
+    let more = match failure.reads.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    write!(f, "\n  there {}{more}", shown.join(", "))
 }
 
 fn step_lines(f: &mut Formatter<'_>, report: &StepReport) -> fmt::Result {

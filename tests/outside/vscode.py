@@ -1,5 +1,5 @@
 """The extension in Visual Studio Code (code-server of npm) in a headless Chromium: messages and the change that heals one, hover, completion, renaming,
-lenses, the commands that simulate, draw, show equations and search with a study, and the schema of sets of shots.  Leaves screenshots."""
+lenses, the commands that simulate, draw, serve a page, show equations and search with a study, and the schema of sets of shots.  Leaves screenshots."""
 
 import json
 import math
@@ -272,6 +272,12 @@ def running(window):
     check(drawn[0] >= 300, f"a picture of {drawn} pixels")
     window.picture("plot")
     window.command("View: Close Editor")
+    window.open("swing.hyd")
+    window.command("hyd: View the Model in a Browser")
+    served = f"{HYD} view .*swing.hyd"
+    until(lambda: subprocess.run(["pgrep", "-f", served], capture_output=True).stdout, "no page is served", window.page)
+    window.picture("view")
+    subprocess.run(["pkill", "-INT", "-f", served])
     # Messages of a run that cannot begin become problems.
     window.open("set.json")
     # The run has brought the terminal to the front.

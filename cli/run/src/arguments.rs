@@ -88,6 +88,28 @@ pub struct RunArguments {
     pub json: bool,
 }
 
+impl Default for RunArguments {
+    /// A run as the model says, of which nothing is written or printed.
+    fn default() -> Self {
+        Self {
+            start: None,
+            stop: None,
+            tolerance: None,
+            intervals: None,
+            every_step: false,
+            max_steps: None,
+            solver: Solver::Auto,
+            inputs: InputArguments::default(),
+            result: None,
+            variables: None,
+            sensitivity: None,
+            backend: BackendName::Native,
+            profile: false,
+            json: false,
+        }
+    }
+}
+
 /// What runs the code.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BackendName {

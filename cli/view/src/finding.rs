@@ -20,7 +20,7 @@ pub(crate) fn report_of(path: &Path) -> Option<PathBuf> {
 /// The report in a file.
 ///
 /// # Errors
-/// It cannot be read or is no JSON.
+/// It cannot be read or is not JSON.
 pub(crate) fn parse(file: &Path) -> Result<Value, Failure> {
     let shown = file.display();
     let text = read_text(file).map_err(|error| Failure::Fault(error.to_string()))?;

@@ -1,7 +1,7 @@
 //! The view, `hyd view`: a model or results as one page, served on the loopback or written as a file.
 //!
 //! Data flow one way: files become a `session` (a model translated, with the diagrams that `diagram` reads from its instances and annotations, and
-//! results and the `finding` of a search beside it), that becomes data and a `page`; `server` answers what the page asks while somebody looks at it (runs with other parameters, as
+//! results, the `finding` of a search and the shots of a bench `beside` it), that becomes data and a `page`; `server` answers what the page asks while somebody looks at it (runs with other parameters, as
 //! bytes of `encode`) over `http`, and `guard` says who may ask.  Nothing is written but what `--output` names, and nothing leaves the machine.
 
 mod beside;
@@ -32,7 +32,7 @@ use session::{Chosen, Session};
 /// What the command line says.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// A model, with results that are overlaid; or results; or the report of a study.
+    /// A model, with results that are overlaid and the report of a search; or a study; or results; or the report of a search.
     pub files: Vec<PathBuf>,
     /// The class to take; none: the last complete model of the file.
     pub class: Option<String>,
@@ -78,12 +78,13 @@ pub fn view(
         }
         let page = read_text(&path).map_err(|error| Failure::Fault(error.to_string()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let served = Served {
-            is_report: true,
-            report: Some(page),
-            next: next(folder)?,
-            reading: written(options, folder, listener),
-        };
+        let reading = written(options, folder, listener);
+        let dropped = [("--set", !options.set.is_empty()), ("--stop", options.stop.is_some())];
+        if let Some((option, _)) = dropped.into_iter().find(|(_, is_given)| *is_given && reading.is_none()) {
+            let path = path.display();
+            return Err(Failure::Usage(format!("{option}: `{path}` has no model beside it that could be run")));
+        }
+        let served = Served { is_report: true, report: Some(page), next: next(folder)?, reading };
         return serve(options.port, &path.display().to_string(), served, tell);
     }
     if let Some(output) = &options.output {
@@ -136,8 +137,8 @@ fn next(folder: &Path) -> Result<Option<String>, Failure> {
     page.map(|page| read_text(&page)).transpose().map_err(|error| Failure::Fault(error.to_string()))
 }
 
-/// The model that a report has written, beside its shots; none where there is none, or where it can no longer be translated, which the
-/// listener is told: the report can be read all the same.
+/// The model that a report has written, beside its shots.  None where there is none, and, with a warning, where it can no longer be translated:
+/// the report can be read all the same.
 fn written(options: &Options, folder: &Path, listener: &dyn Listener) -> Option<Reading> {
     let model = folder.join(hyd_verbs::shots::WRITTEN_MODEL);
     if !model.is_file() || finding::report_of(folder).is_none() {

@@ -171,7 +171,7 @@ impl Server {
                         if request.path == "/run" { self.numbers(&read, &body) } else { self.shots(&read, &body) };
                     Answer { status: 200, kind, policy: None, body: bytes(&numbers) }
                 }
-                Err(_) => Answer::words(400, "the question is no JSON"),
+                Err(_) => Answer::words(400, "the question is not JSON"),
             },
             _ => Answer::words(404, "there is nothing here"),
         }

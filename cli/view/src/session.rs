@@ -7,11 +7,9 @@ use std::sync::Arc;
 
 use hyd_compiler::inquiry::of_instances;
 use hyd_compiler::render::render;
-use hyd_compiler::{Code, Compilation, Diagnostic, Extras, Goal};
+use hyd_compiler::{Code, Compilation, Diagnostic, Extras, Goal, Severity};
 use hyd_results::{Table, Trajectory};
-use hyd_run::{
-    BackendName, Failure, InputArguments, RunArguments, Selection, Solver, Status, clock, parameters, read_text,
-};
+use hyd_run::{Failure, RunArguments, Selection, Status, clock, parameters, read_text};
 use hyd_system::{DaeSystem, Hold, Inputs, Place, Series, ValueKind};
 use hyd_verbs::result_table::read_runs;
 use hyd_verbs::unit::is_unit;
@@ -131,6 +129,11 @@ impl Session {
             let driven = report.as_ref().map(driven_by).unwrap_or_default();
             let own = Model::open(first, chosen, &driven, listener)?;
             let class = own.compilation.model_name.as_deref();
+            if let Some(known) = report.as_ref().and_then(written_class).filter(|known| Some(*known) != class) {
+                let words =
+                    format!("the shots of this report stand beside `{known}`, the model that its search has written");
+                listener.sentence(Severity::Note, &words);
+            }
             let report = report.filter(|report| class.is_some() && written_class(report) == class);
             if let (Some(report), Some(file)) = (&report, written.first()) {
                 beside = Beside::of_report(file, report, &own, chosen.libraries, listener)?;
@@ -262,9 +265,7 @@ impl Model {
         let opened = open_study(&files, listener)?;
         if opened.unit.is_some() {
             let file = opened.model_file.display();
-            return Err(Failure::Usage(format!(
-                "`{file}` is a unit of another tool: there is no text that could be shown"
-            )));
+            return Err(Failure::Usage(format!("`{file}` is a unit of another tool, which has no text to show")));
         }
         let class = chosen.class.unwrap_or(&opened.class);
         if class != opened.class {
@@ -376,18 +377,7 @@ impl Model {
         let arguments = RunArguments {
             start: shot.map(|shot| shot.span.0),
             stop: self.stop.or(shot.map(|shot| shot.span.1)),
-            tolerance: None,
-            intervals: None,
-            every_step: false,
-            max_steps: None,
-            solver: Solver::Auto,
-            inputs: InputArguments::default(),
-            result: None,
-            variables: None,
-            sensitivity: None,
-            backend: BackendName::Native,
-            profile: false,
-            json: true,
+            ..RunArguments::default()
         };
         // Starts of states are taken by the translation.
         let starts: Vec<(String, String)> = set.iter().filter(|(name, _)| name.ends_with(START)).cloned().collect();

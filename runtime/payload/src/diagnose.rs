@@ -152,11 +152,7 @@ fn readings(loaded: &Loaded, trace: &RowNames, initial: bool, fault: &Fault) -> 
         let unit = unit.unwrap_or_else(|| {
             model.tables.find(variable).map_or_else(String::new, |(variable, _)| variable.unit.to_string())
         });
-        let of = match read.of {
-            None => None,
-            Some((area, index)) => Some(name_of(area, index)?),
-        };
-        Some(Reading { name, value: read.value, unit, of })
+        Some(Reading { name, value: read.value, unit })
     };
     fault.reads.iter().filter_map(reading).collect()
 }

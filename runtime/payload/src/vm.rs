@@ -40,7 +40,7 @@ pub struct Fault {
     pub index: u32,
     /// What happened, in words.
     pub reason: String,
-    /// What was read for it, and what the assigned variables among that were computed from.
+    /// What was read for it.
     pub reads: Vec<Read>,
 }
 
@@ -53,8 +53,6 @@ pub struct Read {
     pub index: u32,
     /// The value.
     pub value: f64,
-    /// For which of the values that were read this one was read before.
-    pub of: Option<(Area, u32)>,
 }
 
 /// Working space of the interpreter.
@@ -84,6 +82,30 @@ impl Vm {
 
     /// Runs a routine.  Panics when an area is shorter than the program's layout says.
     pub fn call(&self, routine: RoutineId, memory: &mut Memory<'_>, registers: &mut Registers) {
+        self.run(routine, memory, registers, |_, _, _, _, _| {});
+    }
+
+    /// Runs a routine and reports the first stored value that is not finite.
+    pub fn first_fault(&self, routine: RoutineId, memory: &mut Memory<'_>) -> Option<Fault> {
+        let mut fault = None;
+        let mut registers = self.registers();
+        self.run(routine, memory, &mut registers, |tape, instance, values, position, (area, index)| {
+            if fault.is_none() && !values[position].is_finite() {
+                let reason = tape.reason(values, position, &self.machine);
+                let reads = tape.reads(instance, &self.tables, (values, position));
+                fault = Some(Fault { area, index, reason, reads });
+            }
+        });
+        fault
+    }
+
+    fn run(
+        &self,
+        routine: RoutineId,
+        memory: &mut Memory<'_>,
+        registers: &mut Registers,
+        mut watch: impl FnMut(&Tape, u32, &[f64], usize, (Area, u32)),
+    ) {
         self.extents.check(routine, memory);
         if registers.0.len() < self.longest {
             registers.0.resize(self.longest, 0.0);
@@ -93,47 +115,11 @@ impl Vm {
                 tape.evaluate(instance, (&self.tables, &self.machine), memory, &mut registers.0);
                 for &(position, ref to) in &tape.stores {
                     let (area, index, _) = place(to, instance, &self.tables);
+                    watch(tape, instance, &registers.0, position, (area, index));
                     memory.write(area, index, registers.0[position]);
                 }
             }
         }
-    }
-
-    /// Runs a routine and reports the first stored value that is not finite.
-    pub fn first_fault(&self, routine: RoutineId, memory: &mut Memory<'_>) -> Option<Fault> {
-        let mut fault: Option<Fault> = None;
-        let mut registers = self.registers();
-        // Who computed what is assigned: tape and instance.
-        let mut makers: FxHashMap<(Area, u32), (usize, u32, usize)> = FxHashMap::default();
-        self.extents.check(routine, memory);
-        for (k, tape) in self.routines[routine].iter().enumerate() {
-            for instance in 0..tape.count {
-                tape.evaluate(instance, (&self.tables, &self.machine), memory, &mut registers.0);
-                for &(position, ref to) in &tape.stores {
-                    let (area, index, _) = place(to, instance, &self.tables);
-                    let value = registers.0[position];
-                    if fault.is_none() && !value.is_finite() {
-                        let reason = tape.reason(&registers.0, position, &self.machine);
-                        let own = tape.reads(instance, &self.tables, (&registers.0, position), None);
-                        let mut reads = own.clone();
-                        for read in own {
-                            let from = (read.area, read.index);
-                            let Some(&(maker, of, position)) = makers.get(&from) else { continue };
-                            let maker = &self.routines[routine][maker];
-                            let mut again = self.registers();
-                            maker.evaluate(of, (&self.tables, &self.machine), memory, &mut again.0);
-                            reads.extend(maker.reads(of, &self.tables, (&again.0, position), Some(from)));
-                        }
-                        fault = Some(Fault { area, index, reason, reads });
-                    }
-                    if area == Area::Work {
-                        makers.insert((area, index), (k, instance, position));
-                    }
-                    memory.write(area, index, value);
-                }
-            }
-        }
-        fault
     }
 }
 
@@ -193,13 +179,7 @@ impl Tape {
     }
 
     /// What the value at a position was computed from, each once.
-    fn reads(
-        &self,
-        instance: u32,
-        tables: &[u32],
-        (values, position): (&[f64], usize),
-        of: Option<(Area, u32)>,
-    ) -> Vec<Read> {
+    fn reads(&self, instance: u32, tables: &[u32], (values, position): (&[f64], usize)) -> Vec<Read> {
         let below = self.below(values, position);
         let mut found: Vec<Read> = Vec::new();
         for k in (0..=position).filter(|&k| below[k]) {
@@ -207,7 +187,7 @@ impl Tape {
             let (area, index, negated) = place(&self.slots[slot.index()], instance, tables);
             if found.iter().all(|read| (read.area, read.index) != (area, index)) {
                 let value = if negated { -values[k] } else { values[k] };
-                found.push(Read { area, index, value, of });
+                found.push(Read { area, index, value });
             }
         }
         found

@@ -140,7 +140,7 @@ pub struct EvalFailure {
     pub variable: Option<String>,
     /// What happened, in words: "division by zero", "logarithm of -1", "not a number".
     pub reason: String,
-    /// What was read there, and what that was computed from, where it is known.
+    /// What it was computed from, where that is known: parameters, states, the time, discrete variables.
     pub reads: Vec<Reading>,
 }
 
@@ -153,8 +153,6 @@ pub struct Reading {
     pub value: f64,
     /// Its unit; empty where it has none.
     pub unit: String,
-    /// What it was read for, if not for the value at fault itself.
-    pub of: Option<String>,
 }
 
 /// An `assert` that does not hold.

@@ -39,12 +39,21 @@ fn a_ground_is_put_in() {
 #[test]
 fn where_nothing_is_proposed_nothing_is_written() {
     let folder = Scratch::new();
-    let text = "model Open\n  Real x;\n  Real y;\nequation\n  x + y = 1;\nend Open;\n";
-    folder.write("open.hyd", text);
-    let outcome = run(folder.path(), &["check", "open.hyd", "--fix"]);
-    assert_eq!(outcome.code, Some(1));
-    assert!(outcome.stdout.contains("no message proposes a change"), "{}", outcome.stdout);
-    assert_eq!(folder.read("open.hyd"), text);
+    for text in [
+        "model Open\n  Real x;\n  Real y;\nequation\n  x + y = 1;\nend Open;\n",
+        // No model of the library has this name and this element: a package, a partial model, another connector.
+        "model Open\n  Real x;\nequation\n  x = constants.g;\nend Open;\n",
+        "model Open\n  Hyd.Electrical.Components.Resistor r(R = 1);\nequation\n  connect(r.p, onePort.p);\nend Open;\n",
+        "model Open\n  Hyd.Electrical.Components.Resistor r(R = 1);\nequation\n  connect(r.p, ground.port_a);\nend Open;\n",
+        // An `inner` of another name may be meant for somebody else.
+        "model Part\n  outer Real level;\n  Real y = level;\nend Part;\nmodel Open\n  inner Real height = 1;\n  Part part;\nend Open;\n",
+    ] {
+        folder.write("open.hyd", text);
+        let outcome = run(folder.path(), &["check", "open.hyd", "--fix"]);
+        assert_eq!(outcome.code, Some(1), "{text}");
+        assert!(outcome.stdout.contains("no message proposes a change"), "{}", outcome.stdout);
+        assert_eq!(folder.read("open.hyd"), text);
+    }
 }
 
 #[test]

@@ -253,8 +253,11 @@ fn runs_of_the_written_model_are_the_curves_of_the_report() {
     assert!(command.starts_with(begin) && command.contains(" --input 'my report/shots/shot_"), "{command}");
     shots_stand_beside_the_written_model(&place, &report, &curves);
     // With the folder alone comes the report, with a link to the model.
+    std::fs::write(place.join("next.html"), "<!DOCTYPE html><html><body><h1>The next shot</h1></body></html>").unwrap();
     let viewer = Viewer::start(&place, &["."]);
     assert!(viewer.page_at("/").contains("<a href=\"/model?token="), "a link to the model");
+    assert!(viewer.page_at("/").contains("<a href=\"/next?token="), "a link to the map of the next shot");
+    assert!(viewer.page_at("/next").contains("<a href=\"/report?token="), "and back");
     assert!(viewer.page_at("/model").contains("<a href=\"/report?token="), "a link to the report");
     // Options that say nothing of a report are refused, and files outside of its folder.
     let refused = run(&place, &["view", ".", "--bench", "set.json"]);
@@ -264,7 +267,8 @@ fn runs_of_the_written_model_are_the_curves_of_the_report() {
         refused.stderr
     );
     let refused = run(&place, &["view", "discovered.hyd", ".", "--model", "Rig", "--output", "page.html"]);
-    assert_eq!((refused.code, refused.stderr.as_str()), (Some(0), ""), "the base model has no shots of its own");
+    let said = "note: the shots of this report stand beside `Discovered`, the model that its search has written\n";
+    assert_eq!((refused.code, refused.stderr.as_str()), (Some(0), said));
     assert_eq!(data(&std::fs::read_to_string(place.join("page.html")).unwrap())["shots"], Value::Null);
     let json = std::fs::read_to_string(place.join("report.json")).unwrap();
     std::fs::write(place.join("report.json"), json.replace("\"shots/shot_1.toml\"", "\"../shot_1.toml\"")).unwrap();
@@ -287,6 +291,11 @@ fn runs_of_the_written_model_are_the_curves_of_the_report() {
         page["shots"]["all"][3]["deviations"]
     );
     std::fs::write(place.join("discovered.hyd"), text).unwrap();
+    // Without the model a report has nothing that could be set.
+    std::fs::rename(place.join("discovered.hyd"), place.join("elsewhere.hyd")).unwrap();
+    let refused = run(&place, &["view", ".", "--set", "k=1"]);
+    assert!(refused.code == Some(2) && refused.stderr.contains("no model beside it"), "{}", refused.stderr);
+    std::fs::rename(place.join("elsewhere.hyd"), place.join("discovered.hyd")).unwrap();
     // A report whose curves are cut off is refused with the line.
     let table = std::fs::read_to_string(place.join("trajectories.csv")).unwrap();
     let cut: String = table.lines().take(100).map(|line| format!("{line}\n")).collect();
@@ -328,6 +337,11 @@ fn shots_stand_beside_the_written_model(place: &Path, report: &Value, curves: &B
     assert!(less.iter().zip(&whole).skip(50).all(|(less, whole)| less > whole), "without the leak the level is higher");
     for (shot, deviations) in shots.iter().zip(header["deviations"].as_array().unwrap()) {
         assert!(deviations[0].as_f64().unwrap() > 3.0 * shot["deviations"][0].as_f64().unwrap(), "{header}");
+    }
+    // What belongs to shots alone is changed in the chosen one.
+    let (changed, _) = viewer.numbers("/shots", &json!({"reading": 1, "shot": 1, "set": {"h0": "0.1"}}));
+    for (k, (shot, now)) in shots.iter().zip(changed["deviations"].as_array().unwrap()).enumerate() {
+        assert_eq!(now[0] != shot["deviations"][0], k == 1, "{changed}");
     }
     let (refused, _) = viewer.numbers("/shots", &json!({"reading": 1, "shot": 0, "set": {"wall.s": "-1"}}));
     assert!(refused["status"] == "refused" && refused["message"].as_str().unwrap().contains("wall.s"), "{refused}");

@@ -4,9 +4,7 @@ use std::io;
 use std::sync::Arc;
 
 use hyd_results::{RowKind, Sink};
-use hyd_run::{
-    BackendName, InputArguments, RunArguments, Selection, Shown, Solver, Status, check_usage, clock, finish,
-};
+use hyd_run::{RunArguments, Selection, Shown, Status, check_usage, clock, finish};
 use hyd_system::Tables;
 use hyd_verbs::{Listener, Run, run_diagnostic, with_whole_loops};
 use serde_json::{Value, json};
@@ -65,16 +63,10 @@ fn simulate(call: &Call<'_>) -> Result<Answer, String> {
         stop: given.number("stop"),
         tolerance: given.number("tolerance"),
         intervals: given.count("intervals"),
-        every_step: false,
-        max_steps: None,
-        solver: Solver::Auto,
-        inputs: InputArguments::default(),
         result,
         variables: given.text("variables").map(str::to_string),
-        sensitivity: None,
-        backend: BackendName::Native,
-        profile: false,
         json: true,
+        ..RunArguments::default()
     };
     if let Err(failure) = check_usage(&arguments, Some(&file)) {
         return Ok(Answer::failed(&failure, &call.kept));

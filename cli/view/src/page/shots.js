@@ -98,6 +98,7 @@ function layShot() {
   place.replaceChildren(
     element("h3", {}, "Shot " + shot.number + (shot.heldout ? ", held out" : "")),
     ...(canRun ? [element("p", {}, element("label", {}, box, " diagram and plots show this shot, too"))] : []),
+    ...(!canRun && DATA.model.driven.length ? [element("p", { class: "pale" }, "diagram and plots show shot " + DATA.shots.all[0].number + ", whose inputs were recorded")] : []),
     ...(failed ? [element("p", { class: "failed" }, failed)] : []),
     element("ul", { class: "keys" }, ...keys),
     ...(shot.stride > 1 ? [element("p", { class: "pale" }, "every " + shot.stride + "th sample is drawn; all count")] : []),

@@ -19,22 +19,7 @@ fn launcher() -> Vec<u8> {
 }
 
 fn arguments(result: &Path, sensitivity: Option<Names>) -> RunArguments {
-    RunArguments {
-        sensitivity,
-        start: None,
-        stop: None,
-        tolerance: None,
-        intervals: None,
-        max_steps: None,
-        every_step: false,
-        solver: hyd_run::Solver::Auto,
-        inputs: hyd_run::InputArguments::default(),
-        result: Some(result.to_path_buf()),
-        variables: None,
-        backend: hyd_run::BackendName::Native,
-        profile: false,
-        json: false,
-    }
+    RunArguments { sensitivity, result: Some(result.to_path_buf()), ..RunArguments::default() }
 }
 
 /// What differs for one model; nothing if all is well.
