@@ -345,6 +345,11 @@ fn read(
             let Outcome { value: mut flat, diagnostics } =
                 hyd_flat::flatten(&tree, &mut scopes, extras.terms, extras.driven);
             scopes.table.messages.report_all(diagnostics);
+            if !scopes.table.messages.has_errors() {
+                let Outcome { value, diagnostics } = hyd_clocks::resolve_clocks(flat);
+                scopes.table.messages.report_all(diagnostics);
+                flat = value;
+            }
             flat.given = given(&flat, &options.set);
             debug_assert_eq!(hyd_flat::verify(&flat), Ok(()), "invariant of the flat model");
             if !scopes.table.messages.has_errors() {

@@ -12,7 +12,7 @@ use hyd_tests::models::root;
 ///
 /// `hyd-source` (texts, spans, messages) and `hyd-index` (typed indices) are open to all of the compiler, `hyd-system` to its
 /// stages for names, kinds of values and the shared functions of `math`: plain data, no behaviour of a solver.
-const ALLOWED: [(&str, &[&str]); 35] = [
+const ALLOWED: [(&str, &[&str]); 36] = [
     ("hyd-index", &[]),
     ("hyd-source", &["hyd-index"]),
     ("hyd-syntax", &["hyd-source"]),
@@ -23,6 +23,7 @@ const ALLOWED: [(&str, &[&str]); 35] = [
     ("hyd-structure", &["hyd-index"]),
     ("hyd-typed", &["hyd-source", "hyd-syntax", "hyd-instance", "hyd-system"]),
     ("hyd-flat", &["hyd-source", "hyd-index", "hyd-syntax", "hyd-instance", "hyd-typed", "hyd-symbolic", "hyd-system"]),
+    ("hyd-clocks", &["hyd-source", "hyd-index", "hyd-flat", "hyd-structure", "hyd-symbolic", "hyd-system"]),
     ("hyd-equations", &["hyd-source", "hyd-index", "hyd-flat", "hyd-structure", "hyd-symbolic", "hyd-system"]),
     ("hyd-units", &["hyd-source", "hyd-index", "hyd-flat", "hyd-symbolic", "hyd-system"]),
     // Variables keep the indices that they have in the flat model.
@@ -37,6 +38,7 @@ const ALLOWED: [(&str, &[&str]); 35] = [
             "hyd-index",
             "hyd-syntax",
             "hyd-instance",
+            "hyd-clocks",
             "hyd-flat",
             "hyd-units",
             "hyd-symbolic",

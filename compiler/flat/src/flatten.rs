@@ -65,6 +65,7 @@ impl<'t, 's> Flattener<'t, 's> {
             function_units: FxHashMap::default(),
             is_component: false,
             range_checks: FxHashMap::default(),
+            clock_around: None,
             tables_known: Vec::new(),
             pass: Pass::Connections,
             numbers: FxHashMap::default(),
@@ -114,7 +115,8 @@ impl<'t, 's> Flattener<'t, 's> {
         self.take_given_values();
         self.settle();
         let injectable = self.notes.injectable.iter().map(|&at| at as u32).collect();
-        FlatModel { injectable, ..self.model }
+        let clocked = self.notes.clocked.iter().map(|&(at, clock, count)| (at as u32, clock, count)).collect();
+        FlatModel { injectable, clocked, ..self.model }
     }
 }
 

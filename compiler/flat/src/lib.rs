@@ -21,9 +21,9 @@ mod verify;
 pub use connections::model_ends::EVERY_INPUT;
 pub use flatten::flatten;
 pub use model::{
-    BlockId, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel, ForeignBlock, Gaps, Imbalance,
-    Message, MessagePart, Operand, PerElement, Potential, Quantity, Section, StateSelect, Target, Terminal, UnitClaim,
-    VarId, VariableBlock,
+    BlockId, ClockKind, ClockOperator, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel,
+    ForeignBlock, Gaps, Imbalance, Message, MessagePart, Operand, PerElement, Potential, Quantity, Section,
+    StateSelect, Target, Terminal, UnitClaim, VarId, VariableBlock,
 };
 pub use sections::inject::{Injection, TermShape};
 pub use state::made::{Made, derivative_block, rate_unit};

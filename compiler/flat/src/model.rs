@@ -265,6 +265,59 @@ pub struct DelayBlock {
     pub most: Option<VarId>,
 }
 
+/// What is said of a clock, of a clocked variable or of two of them (Modelica 3.6, chapter 16); the operators of a call, one
+/// per element.  The stage of clocks reads them and leaves none.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ClockOperator {
+    /// What it says.
+    pub kind: ClockKind,
+    /// Number of elements.
+    pub count: u32,
+    /// Its value, element by element.
+    pub value: VarId,
+    /// What it is computed from, element by element.
+    pub source: Option<VarId>,
+    /// The clocks that the text gives the value, element by element.
+    pub clock: Option<VarId>,
+    /// Instance path and text.
+    pub origin: Origin,
+}
+
+/// Kinds of operators of clocks.
+#[derive(Clone, PartialEq, Debug)]
+pub enum ClockKind {
+    /// The value is a clock, and no more is said.
+    Clock,
+    /// The value ticks so many times in so many seconds: intervals of counter over resolution.
+    Exact(u64, u64),
+    /// The value ticks at this interval in s.
+    Period(f64),
+    /// The value ticks where the source, a Boolean, becomes true.
+    Condition,
+    /// The value ticks as the source does; rates of its variables are integrated by this method.
+    Solver(Arc<str>),
+    /// The value is what the source was before the tick.
+    Sample,
+    /// The value is that of the source between its ticks.
+    Hold,
+    /// The same for a source of any clock.
+    NoClock,
+    /// `previous` is asked of the value.
+    Previous,
+    /// One tick for so many of the source; `None` where that follows from the clocks of both.
+    Sub(Option<u64>),
+    /// So many ticks for one of the source; `None` where that follows from the clocks of both.
+    Super(Option<u64>),
+    /// Later by a part of the interval of the source.
+    Shift(u64, u64),
+    /// Earlier by a part of the interval of the source.
+    Back(u64, u64),
+    /// The value, of the same clock as the source if there is one, is the time since the tick before.
+    Interval,
+    /// The value, of the same clock as the source if there is one, is true at the first tick.
+    FirstTick,
+}
+
 /// Elements of an input of the model itself that follow recorded samples: `variable + k` is input `first + k`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct DrivenBlock {
@@ -356,6 +409,11 @@ pub struct FlatModel {
     pub connects: Vec<Span>,
     /// Delays in the order of their sites.
     pub delays: Vec<DelayBlock>,
+    /// What is said of clocks.
+    pub clocks: Vec<ClockOperator>,
+    /// Equations (indices into `equations`) that stand in `when` of clocks: the first of these clocks and their number.  The equations
+    /// of each clock are neighbours.
+    pub clocked: Vec<(u32, VarId, u32)>,
     /// Inputs that follow recorded samples, in the order of their numbers.
     pub driven: Vec<DrivenBlock>,
     /// Blocks that are units of other tools.

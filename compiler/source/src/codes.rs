@@ -87,6 +87,8 @@ codes! {
         "Integer, Boolean and enumeration variables, and those declared `discrete`, change at events only. Outside a `when` they take values made of discrete variables, parameters and relations, which cause events (Modelica 3.6, section 3.8.3). A relation in `noEvent` or inside a function causes none, so its value may change at any time.";
     OpenInput = "E0219", "an input has no value",
         "Nothing gives an input of the model a value, so it keeps its `start` value, or 0. Set it with `--set`, or put the block into a model that feeds it.";
+    Clock = "E0220", "clocks do not fit",
+        "What has a clock changes at its ticks only, and which clock that is must follow from the model: from `Clock(...)` in a `when` or in `sample(u, clock)`, and from there along equations and operators. `sample` leads from continuous time to a clock, `hold` back, `subSample`, `superSample`, `shiftSample`, `backSample` and `noClock` from one clock to another (Modelica 3.6, chapter 16).";
     UnitMismatch = "E0301", "units do not fit",
         "Both sides of an equation, a sum or a connection have different physical dimensions.";
     UnitSyntax = "E0302", "not a unit",

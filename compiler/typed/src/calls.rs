@@ -69,11 +69,7 @@ impl Elaborator<'_, '_> {
         }
         let mut list = self.all(positional)?;
         for (name, value) in named {
-            let place = match (builtin, name.name.as_ref()) {
-                (Builtin::Homotopy, "actual") => Some(0),
-                (Builtin::Homotopy, "simplified") => Some(1),
-                _ => None,
-            };
+            let place = argument_place(builtin, &name.name, list.len());
             if place.is_none() {
                 let message = format!("`{}` takes its arguments by position", builtin.name());
                 return Err(self.error(Code::BadArguments, name.span.to(value.span), message));
@@ -238,6 +234,31 @@ impl Elaborator<'_, '_> {
     }
 }
 
+/// `sample(u)` and `sample(u, clock)`, not `sample(start, interval)`.
+pub fn is_clocked_sample(list: &[Expr]) -> bool {
+    match list {
+        [_] => true,
+        [_, clock] => clock.ty.base == Base::Scalar(ScalarType::Clock),
+        _ => false,
+    }
+}
+
+/// The names of what an operator of clocks takes, by place (Modelica 3.6, sections 16.3 and 16.5).
+fn argument_place(builtin: Builtin, name: &str, given: usize) -> Option<usize> {
+    match (builtin, name) {
+        (Builtin::Homotopy, "actual") => Some(0),
+        (Builtin::Homotopy, "simplified") => Some(1),
+        (Builtin::Clock, "intervalCounter" | "interval" | "condition" | "c") => Some(0),
+        (Builtin::Clock, "resolution" | "startInterval") => Some(1),
+        (Builtin::Clock, "solverMethod") if given > 0 => Some(1),
+        (Builtin::SubSample | Builtin::SuperSample, "factor") => Some(1),
+        (Builtin::ShiftSample, "shiftCounter") | (Builtin::BackSample, "backCounter") => Some(1),
+        (Builtin::ShiftSample | Builtin::BackSample, "resolution") => Some(2),
+        (Builtin::Sample, "clock") => Some(1),
+        _ => None,
+    }
+}
+
 /// The type that a function of the language gives (Modelica 3.6, sections 3.7 and 10.3).
 fn type_of_builtin(builtin: Builtin, list: &[Expr]) -> Type {
     use Builtin::*;
@@ -252,7 +273,11 @@ fn type_of_builtin(builtin: Builtin, list: &[Expr]) -> Type {
         Pre | NoEvent | Transpose | Symmetric => nth(0),
         Smooth => nth(1),
         Edge | Change => Type { base: Base::Scalar(ScalarType::Boolean), rank: nth(0).rank },
-        Initial | Terminal | Sample => Type::scalar(ScalarType::Boolean),
+        Sample if is_clocked_sample(list) => nth(0),
+        Hold | Previous | SubSample | SuperSample | ShiftSample | BackSample | NoClock => nth(0),
+        Interval => real(0),
+        Clock => Type::scalar(ScalarType::Clock),
+        Initial | Terminal | Sample | FirstTick => Type::scalar(ScalarType::Boolean),
         Size => integer(usize::from(list.len() == 1)),
         Ndims => integer(0),
         Zeros | Ones => integer(list.len()),

@@ -9,7 +9,7 @@ use hyd_instance::{InstId, LocalClass};
 use hyd_source::Span;
 use hyd_syntax::tree::{self as text, ClassDef, Component, Direction, ExprKind, Ident, Name, Variability};
 
-use crate::expression::{Expr, Kind};
+use crate::expression::{Callee, Expr, Kind};
 use crate::statement::{Statement, StatementKind};
 use crate::types::{Base, Type};
 use crate::walk::{mentions, walk_statements};
@@ -149,14 +149,24 @@ impl Function {
         self.others().flat_map(|v| &v.dims).any(|dim| mentions(dim, input))
     }
 
-    /// True if a String is nothing but a text for people: it stands in messages, or goes to a function whose effect is outside of the
-    /// model.
-    pub fn only_shows(&self, input: &Name) -> bool {
+    /// Whether a String is nothing but a text for people: it stands in messages, or goes to a function whose effect is outside of the
+    /// model.  The inputs of other functions that it is handed on to, which must be no more than that; `None` if it is more.
+    pub fn shows(&self, text: &Name) -> Option<Vec<HandedOn>> {
         let is_effect = |external: &External| hyd_instance::external::is_effect_only(external.name());
-        let declared = self.variables.iter().filter_map(|v| v.value.as_ref()).any(|value| mentions(value, input));
-        !declared
+        let declared = self.variables.iter().filter_map(|v| v.value.as_ref()).any(|value| mentions(value, text));
+        let mut handed = Vec::new();
+        let shown = !declared
             && self.external.as_ref().is_none_or(is_effect)
-            && self.algorithms.iter().all(|(_, statements)| only_shown(statements, input))
+            && self.algorithms.iter().all(|(_, statements)| only_shown(statements, text, &mut handed));
+        shown.then_some(handed)
+    }
+
+    /// Variables of type String that are no inputs and no outputs.
+    pub fn own_texts(&self) -> impl Iterator<Item = &Declaration> {
+        let text = Base::Scalar(hyd_instance::ScalarType::Text);
+        self.variables
+            .iter()
+            .filter(move |v| v.direction.is_none() && !v.is_fixed() && v.ty.base == text && v.ty.rank == 0)
     }
 
     /// What the first assignment to a variable as a whole gives it.
@@ -180,13 +190,35 @@ fn first_assignment<'f>(statements: &'f [Statement], name: &Name) -> Option<&'f 
     })
 }
 
-/// True if a name stands in texts of assertions only.
-fn only_shown(statements: &[Statement], name: &Name) -> bool {
+/// An input of another function that a text is handed on to.
+#[derive(Clone, Debug)]
+pub struct HandedOn {
+    /// The function.
+    pub function: LocalClass,
+    /// Its input by position, or by name.
+    pub input: Result<usize, Name>,
+}
+
+/// True if a name stands in texts of assertions only, in those of itself (`text := text + ...`), and in arguments of calls for their effect.
+fn only_shown(statements: &[Statement], name: &Name, handed: &mut Vec<HandedOn>) -> bool {
     statements.iter().all(|statement| match &statement.kind {
         StatementKind::Assert(assertion) => !mentions(&assertion.condition, name),
+        StatementKind::Assign(Expr { kind: Kind::Local(target), .. }, _) if target.name() == name => true,
+        StatementKind::For(iterators, body) => {
+            !iterators.iter().any(|own| mentions(&own.range, name)) && only_shown(body, name, handed)
+        }
+        StatementKind::While(condition, body) => !mentions(condition, name) && only_shown(body, name, handed),
         StatementKind::If(branches) => branches.iter().all(|(condition, body)| {
-            !condition.as_ref().is_some_and(|condition| mentions(condition, name)) && only_shown(body, name)
+            !condition.as_ref().is_some_and(|condition| mentions(condition, name)) && only_shown(body, name, handed)
         }),
+        StatementKind::Call(Expr { kind: Kind::Call(call), .. }) => {
+            let Callee::Class(function) = &call.function else { return false };
+            let positional = call.positional.iter().enumerate().map(|(k, given)| (Ok(k), given));
+            let named = call.named.iter().map(|(input, given)| (Err(input.name.clone()), given));
+            let own = positional.chain(named).filter(|(_, given)| mentions(given, name));
+            handed.extend(own.map(|(input, _)| HandedOn { function: function.clone(), input }));
+            true
+        }
         _ => {
             let mut mentioned = false;
             walk_statements(std::slice::from_ref(statement), &mut |e| mentioned |= mentions(e, name), &mut |_| {});

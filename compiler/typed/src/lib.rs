@@ -17,9 +17,10 @@ mod statements;
 mod types;
 mod walk;
 
+pub use calls::is_clocked_sample;
 pub use elaborate::{Elaborator, FieldDims, Typing};
 pub use expression::{Call, Callee, Construction, Expr, Iterator, Kind, Local, Variable};
-pub use function::{Declaration, External, Function, Signature};
+pub use function::{Declaration, External, Function, HandedOn, Signature};
 pub use statement::{Assertion, Equation, EquationKind, Overdetermined, Statement, StatementKind};
 pub use types::{Base, RecordType, Type, scalar_of};
 pub use walk::{any, any_local, any_variable, mentions, reads_run, walk_statements};

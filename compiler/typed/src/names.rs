@@ -239,6 +239,7 @@ fn predefined(name: &str) -> Option<ScalarType> {
         "Boolean" => Some(ScalarType::Boolean),
         "String" => Some(ScalarType::Text),
         "ExternalObject" => Some(ScalarType::Object),
+        "Clock" => Some(ScalarType::Clock),
         _ => None,
     }
 }

@@ -68,6 +68,6 @@ macro_rules! topics {
 
 topics! {
     packages_and_imports inheritance modification redeclaration inner_outer conditional arrays records enumerations
-    functions algorithms equations_for_if_when events initialisation connections types_and_units parameters operators
+    functions algorithms equations_for_if_when events clocks initialisation connections types_and_units parameters operators
     outside_profile names limits loops index_reduction delays warnings units external operator_records
 }

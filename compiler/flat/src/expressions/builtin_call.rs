@@ -65,6 +65,8 @@ impl BuiltinCall<'_, '_, '_> {
             Builtin::SemiLinear => self.lower_semi_linear(index),
             Builtin::InStream => self.lower_in_stream(index),
             Builtin::ActualStream => self.lower_actual_stream(index),
+            Builtin::Sample if hyd_typed::is_clocked_sample(list) => self.lower_clocked(index),
+            _ if builtin.is_of_clocks() => self.lower_clocked(index),
             Builtin::Sample => {
                 let [start, interval] = list else {
                     let message = "`sample` takes the first instant and the interval";

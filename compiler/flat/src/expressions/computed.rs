@@ -277,7 +277,13 @@ impl Flattener<'_, '_> {
         let count = real_inputs.len() as u32;
         let id = self.model.templates.arena.reserve_body(name.clone(), real_inputs.clone());
         let depth = cx.depth + 1;
-        self.builders.push(Builder { depth, registers: count, blocks: vec![Vec::new()], calls: Vec::new() });
+        self.builders.push(Builder {
+            depth,
+            registers: count,
+            blocks: vec![Vec::new()],
+            calls: Vec::new(),
+            texts: Vec::new(),
+        });
         let outer = std::mem::take(&mut self.slots);
         let mut inner = Context { depth, no_event: true, ..Context::new(cx.scope) };
         let mut next = 0;

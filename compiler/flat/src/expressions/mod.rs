@@ -4,6 +4,7 @@ pub(crate) mod array;
 pub(crate) mod assertion;
 pub(crate) mod branch;
 pub(crate) mod builtin_call;
+pub(crate) mod clocked;
 pub(crate) mod closure;
 pub(crate) mod computed;
 pub(crate) mod delay;

@@ -152,7 +152,10 @@ impl Flattener<'_, '_> {
                 (Some(expr), _) => {
                     let local = match self.size_given(expr, callee, input, cx)? {
                         Some(size) => size,
-                        None if input.ty.is_text() && input.ty.rank == 0 && callee.only_shows(&input.name.name) => {
+                        None if input.ty.is_text()
+                            && input.ty.rank == 0
+                            && self.only_shows(callee, &input.name.name, cx.scope) =>
+                        {
                             self.shown_text(expr, cx)?
                         }
                         None => self.argument(expr, cx)?,

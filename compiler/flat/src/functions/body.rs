@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use hyd_instance::ScalarType;
+use hyd_instance::{ScalarType, Value};
 use hyd_source::{Code, Span};
 use hyd_symbolic::{Body, BodyId, BodyOutput, NodeId, Relation, SlotId, Step};
 use hyd_syntax::tree::{Direction, Name};
@@ -118,8 +118,10 @@ impl Flattener<'_, '_> {
         let real = if real.is_empty() { vec![false] } else { real };
         let name = callee.name().clone();
         let id = self.model.templates.arena.reserve_body(name, real.clone());
-        let builder =
-            Builder { depth: cx.depth + 1, registers: real.len() as u32, blocks: vec![Vec::new()], calls: Vec::new() };
+        let (depth, registers) = (cx.depth + 1, real.len() as u32);
+        let texts: Vec<Name> = callee.own_texts().map(|text| text.name.name.clone()).collect();
+        let texts = texts.into_iter().filter(|text| self.only_shows(callee, text, cx.scope)).collect();
+        let builder = Builder { depth, registers, blocks: vec![Vec::new()], calls: Vec::new(), texts };
         self.builders.push(builder);
         let outer = std::mem::take(&mut self.slots);
         let result = self.build_body(span, callee, &inputs, id, cx);
@@ -202,6 +204,10 @@ impl Flattener<'_, '_> {
                 self.declare_local(component, callee, inner)?;
                 continue;
             }
+            if self.is_text_for_messages(&component.name.name) {
+                inner.names.push((component.name.name.clone(), Local::Value(Value::Text("...".into()))));
+                continue;
+            }
             let sizes = self.sizes_in_body(callee, component, inner)?;
             let form = self.declared_form(&component.name, &component.ty.base, &sizes, inner)?;
             let own = self.registers(form.scalars().len());
@@ -223,7 +229,7 @@ impl Flattener<'_, '_> {
         inner: &mut Context,
     ) -> Result<(), Fail> {
         for component in components {
-            if component.is_fixed() {
+            if component.is_fixed() || self.is_text_for_messages(&component.name.name) {
                 continue;
             }
             inner.scope.frame = component.frame;

@@ -26,6 +26,8 @@ impl Flattener<'_, '_> {
             builder.calls.clear();
         }
         match &statement.kind {
+            StatementKind::Assign(Expr { kind: Kind::Local(path), .. }, _)
+                if self.is_text_for_messages(path.name()) => {}
             StatementKind::Assign(target, value) => {
                 let value = self.local_value(value, cx)?;
                 self.assign_in_body(target, value, cx)?;

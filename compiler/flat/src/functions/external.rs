@@ -161,7 +161,7 @@ impl Flattener<'_, '_> {
             ScalarType::Integer => Some(Value::Integer(number as i64)),
             ScalarType::Boolean => Some(Value::Boolean(number != 0.0)),
             ScalarType::Enumeration(of) => Some(Value::Enumeration(of.clone(), number as u32)),
-            ScalarType::Text | ScalarType::Object => None,
+            ScalarType::Text | ScalarType::Object | ScalarType::Clock => None,
         })
     }
 

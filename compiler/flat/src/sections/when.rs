@@ -4,15 +4,19 @@
 //! branches fire only if none before does (Modelica 3.6, section 8.3.5).  At the start only conditions that name
 //! `initial()` fire.
 
-use hyd_instance::{Builtin, Scope};
+use hyd_instance::{Builtin, ScalarType, Scope};
 use hyd_source::{Code, Origin};
-use hyd_typed::{Equation, Expr, Kind as Form};
+use hyd_typed::{Base, Equation, Expr, Kind as Form};
 
 use crate::model::{Section, VarId};
 use crate::sections::loops::Loops;
 use crate::sections::when_condition::WhenCondition;
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, Kind};
+
+fn is_clock(condition: &Expr) -> bool {
+    condition.ty.base == Base::Scalar(ScalarType::Clock)
+}
 
 impl Flattener<'_, '_> {
     pub(crate) fn when(
@@ -22,6 +26,16 @@ impl Flattener<'_, '_> {
         scope: Scope,
         loops: &Loops<'_>,
     ) {
+        if let Some((clock, body)) = branches.iter().find(|(condition, _)| is_clock(condition)) {
+            match branches {
+                [_] => self.clocked_when(clock, body, scope, loops),
+                _ => {
+                    let message = "a `when` of a clock has no `elsewhen`: each clock is a `when` of its own";
+                    let _ = self.error(Code::Misplaced, equation.span, message);
+                }
+            }
+            return;
+        }
         let number = self.next_when();
         let mut conditions: Vec<Vec<WhenCondition>> = Vec::new();
         for (k, (condition, _)) in branches.iter().enumerate() {
@@ -31,6 +45,28 @@ impl Flattener<'_, '_> {
             }
         }
         self.when_body(equation, branches, &conditions, scope, loops);
+    }
+
+    /// `when clock then ...`: equations as outside, which hold at the ticks of the clock and have it (Modelica 3.6, section 16.6).
+    fn clocked_when(&mut self, clock: &Expr, body: &[Equation], scope: Scope, loops: &Loops<'_>) {
+        let mut made = None;
+        let start = self.context_of(scope);
+        self.with_loops(start, &mut |flat, cx| {
+            flat.enter_all(cx, loops)?;
+            let value = flat.lower(clock, cx, &[])?;
+            let first = flat.clocked_source(clock.span, &value, cx)?;
+            made = Some((first, cx.loop_counts().iter().product::<usize>() as u32));
+            Ok(())
+        });
+        let Some(made) = made else { return };
+        let before = self.clock_around.replace(made);
+        if let (Some(_), Some(first)) = (before, body.first()) {
+            let _ = self.error(Code::Misplaced, first.span, "`when` is not allowed inside `when`");
+        }
+        for equation in body {
+            self.equation(equation, scope, loops, false);
+        }
+        self.clock_around = before;
     }
 
     /// The conditions of one branch as discrete Booleans (`{a, b}`, or a vector of two, gives two).
@@ -48,6 +84,11 @@ impl Flattener<'_, '_> {
         };
         let mut result = Vec::new();
         for part in parts {
+            if is_clock(part) {
+                let message = "clocks in algorithm sections are outside the language profile";
+                let _ = self.error(Code::OutsideProfile, part.span, message);
+                return None;
+            }
             if matches!(part.kind, Form::Builtin(Builtin::Initial, _)) {
                 result.push(WhenCondition::Initial);
                 continue;

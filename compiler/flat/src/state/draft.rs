@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::expressions::jump::JumpKey;
 use crate::expressions::sample::SampleKey;
-use crate::model::{BlockId, DelayBlock, EquationBlock, Message, UnitClaim, VarId, VariableBlock};
+use crate::model::{BlockId, ClockOperator, DelayBlock, EquationBlock, Message, UnitClaim, VarId, VariableBlock};
 use crate::state::flattener::Flattener;
 
 /// What an attempt has made, and what was said in it.
@@ -23,6 +23,7 @@ pub(crate) struct Draft {
     scalars: u32,
     equations: Vec<EquationBlock>,
     delays: Vec<DelayBlock>,
+    clocks: Vec<ClockOperator>,
     messages: Vec<Message>,
     claims: Vec<UnitClaim>,
     notes: Notes,
@@ -40,6 +41,8 @@ pub(crate) struct Notes {
     pub rates: FxHashMap<VarId, VarId>,
     /// Equations (places in the table that the notes belong to) whose values must be discrete-time expressions.
     pub discrete: Vec<usize>,
+    /// Equations in a `when` of clocks: the first clock and how many there are.
+    pub clocked: Vec<(usize, VarId, u32)>,
     /// Equations that terms can be injected into.
     pub injectable: Vec<usize>,
     /// Amplitudes declared, by the number of the term.
@@ -64,6 +67,7 @@ pub(crate) struct Tables<'a> {
     pub scalars: &'a mut u32,
     pub equations: &'a mut Vec<EquationBlock>,
     pub delays: &'a mut Vec<DelayBlock>,
+    pub clocks: &'a mut Vec<ClockOperator>,
     pub messages: &'a mut Vec<Message>,
     pub claims: &'a mut Vec<UnitClaim>,
     pub notes: &'a mut Notes,
@@ -73,7 +77,7 @@ impl Draft {
     /// The claims, if nothing else was made or said.
     pub(crate) fn only_claims(&self) -> Option<&[UnitClaim]> {
         let nothing = self.variables.is_empty() && self.equations.is_empty() && self.delays.is_empty();
-        (nothing && self.messages.is_empty() && self.said.is_empty()).then_some(&self.claims)
+        (nothing && self.clocks.is_empty() && self.messages.is_empty() && self.said.is_empty()).then_some(&self.claims)
     }
 }
 
@@ -85,6 +89,7 @@ impl Notes {
             jumps,
             rates,
             discrete,
+            clocked,
             injectable,
             amplitudes,
             injected,
@@ -101,6 +106,12 @@ impl Notes {
         for at in discrete.into_iter().map(&places) {
             if new(&self.discrete, &at) {
                 self.discrete.push(at);
+            }
+        }
+        for (at, clock, count) in clocked {
+            let at = places(at);
+            if self.clocked.last().is_none_or(|last| last.0 != at) {
+                self.clocked.push((at, clock, count));
             }
         }
         for at in injectable.into_iter().map(&places) {
@@ -136,12 +147,13 @@ impl Flattener<'_, '_> {
 
     /// Keeps what an attempt has made.
     pub(crate) fn keep(&mut self, draft: Draft) {
-        let Draft { variables, scalars, equations, delays, messages, claims, notes, said } = draft;
+        let Draft { variables, scalars, equations, delays, clocks, messages, claims, notes, said } = draft;
         self.scopes.table.messages.report_all(said);
         let tables = self.tables();
         tables.variables.extend(variables);
         *tables.scalars += scalars;
         tables.delays.extend(delays);
+        tables.clocks.extend(clocks);
         tables.messages.extend(messages);
         tables.claims.extend(claims);
         let before = tables.equations.len();
@@ -159,6 +171,7 @@ impl Flattener<'_, '_> {
                 scalars: &mut draft.scalars,
                 equations: &mut draft.equations,
                 delays: &mut draft.delays,
+                clocks: &mut draft.clocks,
                 messages: &mut draft.messages,
                 claims: &mut draft.claims,
                 notes: &mut draft.notes,
@@ -168,6 +181,7 @@ impl Flattener<'_, '_> {
                 scalars: &mut self.model.scalars,
                 equations: &mut self.model.equations,
                 delays: &mut self.model.delays,
+                clocks: &mut self.model.clocks,
                 messages: &mut self.model.messages,
                 claims: &mut self.model.claims,
                 notes: &mut self.notes,

@@ -36,7 +36,13 @@ impl Flattener<'_, '_> {
     /// Adds `left = right` for all values of the counters.
     pub(crate) fn emit(&mut self, section: Section, left: NodeId, right: NodeId, counts: &[usize], origin: &Origin) {
         let Some(block) = self.equations_over(section, left, right, counts, origin) else { return };
-        append(self.tables().equations, block);
+        let around = self.clock_around.filter(|_| matches!(section, Section::Continuous | Section::Discrete));
+        let tables = self.tables();
+        append(tables.equations, block);
+        let (at, known) = (tables.equations.len() - 1, &mut tables.notes.clocked);
+        if let Some((clock, count)) = around.filter(|_| known.last().is_none_or(|last| last.0 != at)) {
+            known.push((at, clock, count));
+        }
     }
 
     /// `left = right` for all values of the counters; none if there are no values.

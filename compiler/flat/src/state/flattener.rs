@@ -92,6 +92,8 @@ pub(crate) struct Flattener<'t, 's> {
     pub(crate) range_checks: FxHashMap<Span, BodyId>,
     /// What is read of the sections now.
     pub(crate) pass: Pass,
+    /// In a `when` of clocks: the first of them and how many there are.
+    pub(crate) clock_around: Option<(VarId, u32)>,
     /// Functions made of tables.
     pub(crate) tables_known: Vec<(KnownTable, BodyId)>,
     pub(crate) numbers: FxHashMap<u64, ConstId>,

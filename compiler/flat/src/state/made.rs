@@ -16,6 +16,8 @@ pub enum Made {
     Event,
     /// A long fold or a part of one; the name of its function.
     Fold(&'static str),
+    /// A clock, a value that an operator of clocks gives, or what it is computed from.
+    Clock,
     /// A delayed value, or what it is computed from.
     Delay,
     /// What a stream variable is of that which flows in.
@@ -148,7 +150,19 @@ impl Flattener<'_, '_> {
 
     /// Adds `left = right`, which says what a made variable is, for all values of the counters.
     pub(crate) fn define(&mut self, left: NodeId, right: NodeId, counts: &[usize], origin: &Origin) {
-        if let Some(block) = self.equations_over(Section::Continuous, left, right, counts, origin) {
+        self.define_in(Section::Continuous, left, right, counts, origin);
+    }
+
+    /// The same in a section of its own.
+    pub(crate) fn define_in(
+        &mut self,
+        section: Section,
+        left: NodeId,
+        right: NodeId,
+        counts: &[usize],
+        origin: &Origin,
+    ) {
+        if let Some(block) = self.equations_over(section, left, right, counts, origin) {
             self.tables().equations.push(EquationBlock { made: true, ..block });
         }
     }

@@ -27,6 +27,8 @@ pub(crate) struct Builder {
     pub blocks: Vec<Vec<Step>>,
     /// Calls made in this statement: their results can be used again.
     pub calls: Vec<Made>,
+    /// Variables of type String that only messages read.  What the run makes of them is not followed: `...` stands for it.
+    pub texts: Vec<Name>,
 }
 
 /// A call: the body, its arguments, its outputs.
@@ -39,6 +41,11 @@ impl Flattener<'_, '_> {
     /// True where statements become steps of a body.
     pub(crate) fn in_body(&self, cx: &Context) -> bool {
         self.builders.last().is_some_and(|builder| builder.depth == cx.depth)
+    }
+
+    /// True for a variable of the function being compiled that only messages read.
+    pub(crate) fn is_text_for_messages(&self, name: &Name) -> bool {
+        self.builders.last().is_some_and(|builder| builder.texts.contains(name))
     }
 
     /// True while the function is being compiled.

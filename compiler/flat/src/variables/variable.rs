@@ -47,7 +47,7 @@ impl Flattener<'_, '_> {
         let kind = match &primitive.scalar {
             ScalarType::Real => ValueKind::Real,
             ScalarType::Integer => ValueKind::Integer,
-            ScalarType::Boolean => ValueKind::Boolean,
+            ScalarType::Boolean | ScalarType::Clock => ValueKind::Boolean,
             ScalarType::Enumeration(e) => ValueKind::Enumeration(e.literals.clone().into()),
             ScalarType::Text | ScalarType::Object => return,
         };
@@ -65,6 +65,8 @@ impl Flattener<'_, '_> {
             return;
         }
         let known = variability <= Variability::Parameter;
+        let is_clock = primitive.scalar == ScalarType::Clock;
+        let variability = if is_clock { Variability::Discrete } else { variability };
         let block = VariableBlock {
             name,
             first: VarId(self.model.scalars),
@@ -94,6 +96,10 @@ impl Flattener<'_, '_> {
         }
         self.model.scalars += count as u32;
         self.blocks.insert(inst, id);
+        if is_clock {
+            let (first, origin) = (self.model.variables[id].first, self.model.variables[id].origin.clone());
+            self.note_clock(first, count as u32, origin);
+        }
         if stream {
             let first = VarId(self.model.scalars);
             self.in_streams.insert(inst, first);

@@ -31,8 +31,28 @@ pub enum Builtin {
     Initial,
     /// `terminal()`
     Terminal,
-    /// `sample(start, interval)`
+    /// `sample(start, interval)`; `sample(u)`, `sample(u, clock)`
     Sample,
+    /// `hold(u)`: a clocked value between its ticks
+    Hold,
+    /// `previous(u)`: a clocked value at the tick before
+    Previous,
+    /// `subSample(u, factor)`: at every so manieth tick
+    SubSample,
+    /// `superSample(u, factor)`: so many ticks for one
+    SuperSample,
+    /// `shiftSample(u, counter, resolution)`: later by a part of the interval
+    ShiftSample,
+    /// `backSample(u, counter, resolution)`: earlier by a part of the interval
+    BackSample,
+    /// `noClock(u)`: the value that is there, whatever its clock
+    NoClock,
+    /// `interval()`, `interval(u)`: time since the tick before
+    Interval,
+    /// `firstTick()`, `firstTick(u)`
+    FirstTick,
+    /// `Clock()`, `Clock(interval)`, `Clock(counter, resolution)`, `Clock(condition)`, `Clock(clock, solver method)`
+    Clock,
     /// `delay(x, time)`, `delay(x, time, most)`
     Delay,
     /// `noEvent(x)`
@@ -124,8 +144,6 @@ struct Row {
 /// The package of the language that overdetermined records are spoken of with.
 const CONNECTIONS: &str = "Connections";
 
-const CLOCKS: &str = "clocks are outside the language profile";
-
 const fn operator(name: &'static str, builtin: Builtin) -> Row {
     Row { name, builtin, hidden: false, before_run: false }
 }
@@ -136,6 +154,11 @@ const fn transparent(name: &'static str, builtin: Builtin) -> Row {
 
 const fn function(name: &'static str, builtin: Builtin) -> Row {
     Row { name, builtin, hidden: true, before_run: true }
+}
+
+/// Their names were free until clocks came, so declarations of the same name hide them.
+const fn clocked(name: &'static str, builtin: Builtin) -> Row {
+    Row { name, builtin, hidden: true, before_run: false }
 }
 
 const fn outside(name: &'static str, sentence: &'static str, hidden: bool) -> Row {
@@ -188,12 +211,16 @@ const TABLE: &[Row] = &[
     transparent("Connections.isRoot", Builtin::IsRoot),
     transparent("Connections.rooted", Builtin::Rooted),
     outside("spatialDistribution", "`spatialDistribution` is outside the language profile", false),
-    outside("hold", CLOCKS, true),
-    outside("previous", CLOCKS, true),
-    outside("subSample", CLOCKS, true),
-    outside("superSample", CLOCKS, true),
-    outside("shiftSample", CLOCKS, true),
-    outside("Clock", CLOCKS, true),
+    clocked("hold", Builtin::Hold),
+    clocked("previous", Builtin::Previous),
+    clocked("subSample", Builtin::SubSample),
+    clocked("superSample", Builtin::SuperSample),
+    clocked("shiftSample", Builtin::ShiftSample),
+    clocked("backSample", Builtin::BackSample),
+    clocked("noClock", Builtin::NoClock),
+    clocked("interval", Builtin::Interval),
+    clocked("firstTick", Builtin::FirstTick),
+    clocked("Clock", Builtin::Clock),
 ];
 
 /// True for the name of an operator that says something of overdetermined records, as `Connections.branch`.
@@ -240,6 +267,25 @@ impl Builtin {
     pub fn reads_run(self) -> bool {
         use Builtin::{ActualStream, Change, Der, Edge, InStream, Initial, Pre, Sample, Terminal};
         matches!(self, Der | Pre | Edge | Change | Initial | Terminal | Sample | InStream | ActualStream)
+            || self.is_of_clocks()
+    }
+
+    /// True if clocks are what it is about; `sample` may be, too.
+    pub fn is_of_clocks(self) -> bool {
+        use Builtin::{BackSample, Clock, FirstTick, Hold, Interval, NoClock, Previous};
+        use Builtin::{ShiftSample, SubSample, SuperSample};
+        matches!(
+            self,
+            Hold | Previous
+                | SubSample
+                | SuperSample
+                | ShiftSample
+                | BackSample
+                | NoClock
+                | Interval
+                | FirstTick
+                | Clock
+        )
     }
 
     /// True if its value depends on the sizes of its first argument only.

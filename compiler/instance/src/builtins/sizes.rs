@@ -109,12 +109,11 @@ impl Builtin {
             Linspace if arguments.count() > 2 => Ok(vec![arguments.number(2)?]),
             Size if arguments.count() == 1 => Ok(vec![arguments.sizes(0)?.len()]),
             Min | Max if arguments.count() == 1 => Ok(Vec::new()),
-            Der | Pre | NoEvent | Edge | Change | Homotopy | Floored | Delay | InStream | ActualStream => {
-                nth(arguments, 0)
-            }
+            Der | Pre | NoEvent | Edge | Change | Homotopy | Floored | Delay | InStream | ActualStream | Sample
+            | Hold | Previous | SubSample | SuperSample | ShiftSample | BackSample | NoClock => nth(arguments, 0),
             Smooth => nth(arguments, 1),
-            Size | Ndims | Linspace | Sum | Product | Initial | Terminal | Sample | Ordinal | Text | Reinit
-            | Outside(_) => Ok(Vec::new()),
+            Size | Ndims | Linspace | Sum | Product | Initial | Terminal | Ordinal | Text | Reinit | Interval
+            | FirstTick | Clock | Outside(_) => Ok(Vec::new()),
             Cat => sizes_of_cat(arguments),
             _ if self.is_array_function() => self.sizes_of_array_function(arguments),
             // Element by element; scalars go with all.

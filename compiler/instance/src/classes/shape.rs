@@ -89,7 +89,10 @@ impl Shape {
 
 /// True for the names of predefined types.
 pub fn is_builtin(name: &str) -> bool {
-    matches!(name, "Real" | "Integer" | "Boolean" | "String" | "StateSelect" | "AssertionLevel" | "ExternalObject")
+    matches!(
+        name,
+        "Real" | "Integer" | "Boolean" | "String" | "StateSelect" | "AssertionLevel" | "ExternalObject" | "Clock"
+    )
 }
 
 /// Longest way from a class to a base class.

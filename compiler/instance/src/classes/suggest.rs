@@ -165,11 +165,6 @@ impl ClassTable<'_> {
         if self.is_unreadable(&ident.name) {
             return;
         }
-        if &*ident.name == "Clock" {
-            let message = format!("`{}` is outside the language profile", ident.name);
-            self.report(Diagnostic::error(Code::OutsideProfile, message).at(ident.span, ""));
-            return;
-        }
         // A misspelt keyword looks like a class.
         let words =
             ["Real", "Integer", "Boolean", "String", "equation", "algorithm", "parameter", "constant", "extends"];

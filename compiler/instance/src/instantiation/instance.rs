@@ -47,6 +47,8 @@ pub enum ScalarType {
     Enumeration(Arc<EnumType>),
     /// An external object.
     Object,
+    /// A clock (Modelica 3.6, section 16.2.1).
+    Clock,
 }
 
 impl ScalarType {
@@ -57,6 +59,7 @@ impl ScalarType {
             "Boolean" => ScalarType::Boolean,
             "String" => ScalarType::Text,
             "ExternalObject" => ScalarType::Object,
+            "Clock" => ScalarType::Clock,
             other => match crate::instantiation::lookup::predefined_enumeration(other) {
                 Some(enumeration) => ScalarType::Enumeration(enumeration),
                 None => ScalarType::Real,
@@ -73,6 +76,7 @@ impl ScalarType {
             ScalarType::Text => "String",
             ScalarType::Enumeration(e) => &e.name,
             ScalarType::Object => "an external object",
+            ScalarType::Clock => "Clock",
         }
     }
 }

@@ -41,6 +41,7 @@ fn value(scalar: &ScalarType, leaf: &str) -> Result<Value, String> {
         ScalarType::Integer => Value::Integer(number(&ValueKind::Integer, leaf)? as i64),
         ScalarType::Boolean => Value::Boolean(number(&ValueKind::Boolean, leaf)? != 0.0),
         ScalarType::Text => Value::Text(string(leaf).into()),
+        ScalarType::Clock => return Err("a clock cannot be set".to_string()),
         ScalarType::Object => return Err("an external object cannot be set".to_string()),
         ScalarType::Enumeration(kind) => {
             let literals =
