@@ -43,7 +43,7 @@ pub struct Job<'a> {
     pub refuse: &'a (dyn Fn(&mut dyn DaeSystem) -> Option<String> + Sync),
     /// Makes a system, ready but for the varied parameters.
     pub system: &'a (dyn Fn() -> Box<dyn DaeSystem> + Sync),
-    /// Asked where rounding errors may have grown along a torn loop.
+    /// Asked where a torn loop may be at fault.
     pub whole_loops: &'a WholeLoops<'a>,
     /// Times and tolerance of every run.
     pub options: Options,
@@ -76,7 +76,7 @@ pub struct Report {
     pub failures: Vec<Failure>,
     /// Members, now or before, whose results come from the system with whole loops.
     pub whole_loops: usize,
-    /// Members run now that failed where rounding errors may have grown along a loop.
+    /// Members run now that failed where a torn loop may be at fault.
     pub rounding: usize,
     /// The caller asked to stop.
     pub interrupted: bool,
@@ -296,7 +296,7 @@ fn run_one(
         Err(SolveError::Interrupted { .. }) => return Ok(None),
         Err(SolveError::Sink { error, .. }) => return Err(error),
         Err(error) => {
-            let (time, rounding) = (error.time().unwrap_or(start), error.may_be_rounding());
+            let (time, rounding) = (error.time().unwrap_or(start), error.may_be_of_loops());
             Ending { status: FAILED, message: error.to_string(), time, rounding }
         }
     }))

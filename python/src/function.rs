@@ -127,7 +127,7 @@ impl Function {
             let stop = || signals.stop();
             let wanted = (values, derived);
             let mut response = self.by(&self.free, self.translated.model(), wanted, &stop);
-            let rounding = matches!(&response, Err(EvaluationError::Run(error)) if error.may_be_rounding());
+            let rounding = matches!(&response, Err(EvaluationError::Run(error)) if error.may_be_of_loops());
             if rounding
                 && let Some(whole) = self.translated.whole()
                 && let Ok(again) = self.by(&self.whole, &whole, wanted, &stop)

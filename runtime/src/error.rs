@@ -258,12 +258,13 @@ impl SolveError {
         }
     }
 
-    /// True if the equations may have been solved in an order in which rounding errors grow, even until the rest looks singular: a
-    /// model with torn loops may run with its loops whole.
-    pub fn may_be_rounding(&self) -> bool {
+    /// True if that may come from the order in which variables of loops are computed one after the other: rounding errors may grow, even
+    /// until the rest looks singular, and Newton's method may find no values after an event.  A model with torn loops may run with its
+    /// loops whole.
+    pub fn may_be_of_loops(&self) -> bool {
         match self {
-            SolveError::Rounding { .. } | SolveError::Singular(_) => true,
-            SolveError::Initial { cause, .. } | SolveError::Inconsistent { cause, .. } => *cause == Cause::Singular,
+            SolveError::Rounding { .. } | SolveError::Singular(_) | SolveError::Inconsistent { .. } => true,
+            SolveError::Initial { cause, .. } => *cause == Cause::Singular,
             _ => false,
         }
     }

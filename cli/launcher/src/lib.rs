@@ -157,7 +157,7 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
     let Err(error) = outcome.result else { return printed };
     Err(hyd_run::finish(&outcome.summary, error, &|error: &SolveError, kept| {
         output::sentence("error", &error.to_string(), format);
-        if error.may_be_rounding() && loaded.model.has_torn_loops() {
+        if error.may_be_of_loops() && loaded.model.has_torn_loops() {
             output::sentence("note", REBUILD, format);
         }
         if let Some(kept) = kept {

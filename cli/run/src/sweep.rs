@@ -38,11 +38,11 @@ pub struct Subject<'a> {
     pub limits: &'a [Limit],
     /// Makes a system, ready but for the varied parameters.
     pub make: &'a (dyn Fn() -> Result<Box<dyn DaeSystem>, String> + Sync),
-    /// What is done where rounding errors may have grown along a loop.
+    /// What is done where a torn loop may be at fault.
     pub whole_loops: WholeLoops<'a>,
 }
 
-/// What is done where rounding errors may have grown along a loop whose variables are computed one after the other.
+/// What is done where a loop may not be solvable one variable after the other.
 pub enum WholeLoops<'a> {
     /// Nothing: there is no such loop.
     Needless,
@@ -347,7 +347,7 @@ impl Prepared<'_> {
         if hopeless { Err(Failure::Reported) } else { Ok(()) }
     }
 
-    /// What is to be done about loops along which rounding errors may have grown, where there is no compiler.
+    /// What is to be done about torn loops that may be at fault, where there is no compiler.
     fn advise(&self, subject: &Subject<'_>, report: &Report) {
         if report.rounding > 0 && matches!(subject.whole_loops, WholeLoops::Advised) {
             let runs = if report.rounding == 1 { "1 run".to_string() } else { format!("{} runs", report.rounding) };

@@ -50,7 +50,7 @@ pub fn linearize(
     let (mut inputs, mut outputs) = found(&system)?;
     let mut last = LastRow::default();
     let mut ran = simulate(&mut system, &options, &mut last, stop);
-    if ran.as_ref().is_err_and(SolveError::may_be_rounding)
+    if ran.as_ref().is_err_and(SolveError::may_be_of_loops)
         && let Some(whole) = with_whole_loops(compilation, set)
     {
         let (mut other, options) = ready(point, set, compilation, &whole)?;

@@ -49,7 +49,7 @@ impl Run<'_> {
         let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
         let mut rows = sink();
         let outcome = self.once(model, Vec::new(), &mut rows, stop)?;
-        if outcome.result.as_ref().is_err_and(SolveError::may_be_rounding)
+        if outcome.result.as_ref().is_err_and(SolveError::may_be_of_loops)
             && let Some(whole) = whole()
         {
             let mut other = sink();

@@ -39,7 +39,7 @@ pub fn failure(fault: Fault) -> Failure {
     if fault.solver { Failure::Solver(fault.sentence) } else { Failure::Fault(fault.sentence) }
 }
 
-/// Says how many runs were done again because rounding errors grew along a loop; returns the number.
+/// Says how many runs were done again because a loop could not be solved one variable after the other; returns the number.
 pub fn tell_whole_loops(setup: &Setup, listener: &dyn Listener) -> usize {
     let runs = setup.watch.whole_loops.load(Ordering::Relaxed);
     if runs > 0 {

@@ -8,7 +8,6 @@ use hyd_symbolic::{Node, NodeId, SlotId, TemplateId, canonical, solve_for, subst
 use hyd_system::Variability;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::operators::is_clock;
 use crate::partition::{PartitionId, Partitions, is_running};
 use crate::ticks::Ticks;
 
@@ -239,7 +238,7 @@ pub(crate) fn take_out(flat: &mut FlatModel, partitions: &Partitions) -> Vec<Row
         let (template, made) = (block.template, block.made);
         let arity = flat.templates.get(template).arity as usize;
         let between_clocks = |operands: &[Operand]| {
-            operands.iter().all(|operand| matches!(operand.target(), Target::Var(v) if is_clock(flat, v)))
+            operands.iter().all(|operand| matches!(operand.target(), Target::Var(v) if partitions.is_clock(v)))
         };
         let mut kept = Vec::new();
         let mut taken = Vec::new();

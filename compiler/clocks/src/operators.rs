@@ -31,7 +31,7 @@ pub(crate) fn relate(flat: &mut FlatModel, partitions: &Partitions, ticks: &Tick
                     | ClockKind::Back(..),
                     Some(source),
                     Some(tick),
-                ) if !is_clock(flat, value) => given(flat, (value, tick), Target::Var(source), origin),
+                ) if !partitions.is_clock(value) => given(flat, (value, tick), Target::Var(source), origin),
                 (ClockKind::Interval, _, Some(tick)) => {
                     let mut slots = Slots::default();
                     let interval = interval(flat, &mut slots, tick);
@@ -58,12 +58,6 @@ fn given(flat: &mut FlatModel, (value, tick): (VarId, &Tick), what: Target, orig
     let mut slots = Slots::default();
     let given = slots.read(flat, what);
     slots.at_tick(flat, (value, tick.tick), given, origin);
-}
-
-/// True for a variable that is a clock, which says no more than when it ticks.
-pub(crate) fn is_clock(flat: &FlatModel, v: VarId) -> bool {
-    let holds = |first: VarId, count: u32| (first.0..first.0 + count).contains(&v.0);
-    flat.clocks.iter().any(|own| own.kind == ClockKind::Clock && holds(own.value, own.count))
 }
 
 /// The time since the tick before, in s; 0 at the first one where nobody knows.

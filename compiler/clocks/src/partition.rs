@@ -19,6 +19,8 @@ pub(crate) struct Partitions {
     pub clocked: IndexVec<PartitionId, bool>,
     /// For variables that vary during the run.
     varies: IndexVec<VarId, bool>,
+    /// For variables that are clocks, which say no more than when they tick.
+    are_clocks: IndexVec<VarId, bool>,
 }
 
 /// Sets that are joined.
@@ -123,7 +125,16 @@ impl Partitions {
                 }
             }
         }
-        Self { of, clocked, varies }
+        let mut are_clocks = IndexVec::filled(false, flat.scalars as usize);
+        for operator in flat.clocks.iter().filter(|operator| operator.kind == ClockKind::Clock) {
+            elements(operator).for_each(|(value, ..)| are_clocks[value] = true);
+        }
+        Self { of, clocked, varies, are_clocks }
+    }
+
+    /// True for a variable that is a clock.
+    pub(crate) fn is_clock(&self, v: VarId) -> bool {
+        self.are_clocks.get(v).copied().unwrap_or(false)
     }
 
     /// The partition of a variable that has a clock.

@@ -147,13 +147,30 @@ fn of_time(flat: &mut FlatModel, number: usize, base: Base, entries: &[&Entry]) 
     let kept = slots.read(flat, Target::Pre(begin));
     slots.define(flat, Section::Discrete, Target::Var(begin), kept, origin);
 
+    // Several clocks have a variable for the one that comes first, so that each is compared with it alone.
+    let first = match entries {
+        [_] => None,
+        _ => {
+            let first = variable(flat, format!("$clocks{number}.next"), ValueKind::Real, origin);
+            let mut slots = Slots::default();
+            let all: Vec<NodeId> = entries.iter().map(|entry| next(flat, &mut slots, entry, unit)).collect();
+            let arena = &mut flat.templates.arena;
+            let least = all.into_iter().reduce(|a, b| arena.call2(Function::Min, a, b));
+            let least = least.unwrap_or_else(|| arena.constant(0.0));
+            slots.define(flat, Section::Discrete, Target::Var(first), least, origin);
+            Some(first)
+        }
+    };
     let mut slots = Slots::default();
-    let first = first_of(flat, &mut slots, entries, unit);
+    let instant = match first {
+        Some(first) => slots.read(flat, Target::Var(first)),
+        None => next(flat, &mut slots, entries[0], unit),
+    };
     let start = slots.read(flat, Target::Pre(begin));
     let seconds = base.seconds().unwrap_or(1.0);
     let arena = &mut flat.templates.arena;
     let (above, below) = (arena.constant(seconds * unit.above()), arena.constant(unit.below()));
-    let way = arena.mul(first, above);
+    let way = arena.mul(instant, above);
     let way = arena.div(way, below);
     let instant = arena.add(start, way);
     let reached = arena.event(Relation::GreaterEqual, time, instant);
@@ -165,22 +182,15 @@ fn of_time(flat: &mut FlatModel, number: usize, base: Base, entries: &[&Entry]) 
     for entry in entries {
         let mut slots = Slots::default();
         let mut tick = slots.read(flat, Target::Var(due));
-        if entries.len() > 1 {
+        if let Some(first) = first {
             let own = next(flat, &mut slots, entry, unit);
-            let first = first_of(flat, &mut slots, entries, unit);
+            let first = slots.read(flat, Target::Var(first));
             let arena = &mut flat.templates.arena;
             let is_first = arena.compare(Relation::LessEqual, own, first);
             tick = arena.and(tick, is_first);
         }
         slots.define(flat, Section::Discrete, Target::Var(entry.tick.tick), tick, &entry.origin);
     }
-}
-
-fn first_of(flat: &mut FlatModel, slots: &mut Slots, entries: &[&Entry], unit: Ratio) -> NodeId {
-    let all: Vec<NodeId> = entries.iter().map(|entry| next(flat, slots, entry, unit)).collect();
-    let arena = &mut flat.templates.arena;
-    let first = all.into_iter().reduce(|a, b| arena.call2(Function::Min, a, b));
-    first.unwrap_or_else(|| arena.constant(0.0))
 }
 
 /// True if the condition of a clock follows, through discrete variables alone, from what is held of its own ticks.

@@ -16,6 +16,9 @@ const LARGEST: usize = 200;
 /// A constant pivot must be at least this part of the largest entry of its row.
 const LEAST_PIVOT: f64 = 1e-3;
 
+/// Sweeps of the scaling; each halves the powers of two that are left.
+const SWEEPS: usize = 8;
+
 /// A part of a level whose dummies are chosen during the run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CandidateSet {
@@ -84,6 +87,7 @@ impl Level<'_> {
         }
         let mut rows: Vec<Option<BTreeMap<Column, Coefficient>>> =
             self.rows.iter().map(|(_, entries)| Some(entries.clone())).collect();
+        equilibrate(&mut rows);
         let mut pivots = Vec::new();
         for column in self.by_preference(occurring) {
             if let Some(row) = constant_pivot(&rows, column) {
@@ -143,6 +147,36 @@ fn is_regular<'a>(rows: impl Iterator<Item = &'a BTreeMap<Column, Coefficient>>,
         }
     }
     independent_columns(&matrix).len() == candidates.len()
+}
+
+/// Scales rows and columns by powers of two until the largest entry of each is near 1, so that units do not decide which pivots are
+/// small (the square roots of the largest entries in turn, as Ruiz 2001, *A scaling algorithm to equilibrate both rows and columns norms in
+/// matrices*).
+fn equilibrate(rows: &mut [Option<BTreeMap<Column, Coefficient>>]) {
+    let factor = |largest: f64| match largest > 0.0 && largest.is_finite() {
+        true => f64::from_bits(((1023 - exponent(largest) / 2) as u64) << 52),
+        false => 1.0,
+    };
+    for _ in 0..SWEEPS {
+        let mut columns: BTreeMap<Column, f64> = BTreeMap::new();
+        for row in rows.iter_mut().flatten() {
+            let largest = row.values().map(|entry| entry.value.abs()).fold(0.0, f64::max);
+            let own = factor(largest);
+            for (&column, entry) in row.iter_mut() {
+                let most = columns.entry(column).or_insert(0.0);
+                *most = most.max(entry.value.abs());
+                entry.value *= own;
+            }
+        }
+        for (column, entry) in rows.iter_mut().flatten().flatten() {
+            entry.value *= factor(columns[column]);
+        }
+    }
+}
+
+/// The power of two below a positive number.
+fn exponent(x: f64) -> i32 {
+    ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
 /// The shortest row in which a column has a pivot that cannot vanish.

@@ -265,7 +265,7 @@ fn a_member_whose_loop_lets_errors_grow_is_run_again() {
         outcome
     };
     let outcome = swept("s", &["--json"]);
-    let said = "warning: rounding errors grew along a loop of equations in 2 runs, which were done again with all variables of \
+    let said = "warning: a loop of equations could not be solved one variable after the other in 2 runs, which were done again with all variables of \
                 the loops as unknowns of the solver\n";
     assert_eq!(outcome.stderr, said);
     let summary: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();

@@ -40,7 +40,7 @@ function begin() {
   const held = R.shots.heldout.length ? `, ${R.shots.heldout.join(", ")} held out` : "";
   document.getElementById("about").textContent =
     `${R.title ? R.title + ". " : ""}Model ${R.model}, set ${R.set}, shots ${R.shots.train.join(", ")} fitted${held}. ` +
-    `${R.simulations} runs of one shot, ${fixed(R.seconds, 1)} s, seed ${R.seed}.` + (R.whole_loops ? ` ${R.whole_loops} of them were done again with whole loops, because rounding errors grew.` : "") +
+    `${R.simulations} runs of one shot, ${fixed(R.seconds, 1)} s, seed ${R.seed}.` + (R.whole_loops ? ` ${R.whole_loops} of them were done again with whole loops, because one variable after the other they could not be solved.` : "") +
     (R.reason ? ` No name, because ${R.reason}.` : "") + (R.no_law ? ` No law, because ${R.no_law}.` : "") +
     R.units.map((own) => ` ${own.words.charAt(0).toUpperCase() + own.words.slice(1)}.`).join("");
 }

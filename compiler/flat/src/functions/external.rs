@@ -32,6 +32,7 @@ impl Flattener<'_, '_> {
         for (input, value) in callee.inputs().zip(values) {
             inner.names.push((input.name.name.clone(), value));
         }
+        self.declare_values(callee, &mut inner);
         let name = external.name();
         if is_effect_only(name) {
             self.scopes.no_effect(span, name);
@@ -43,6 +44,24 @@ impl Flattener<'_, '_> {
             return Ok(vec![(output, Local::Node(Typed::real(node)))]);
         }
         self.call_at_translation(span, callee, external, &mut inner)
+    }
+
+    /// Outputs and variables with what their declarations give, whatever their order is; those that get nothing here are left out.
+    fn declare_values(&mut self, callee: &Function, inner: &mut Context) {
+        let mut open: Vec<_> = callee.others().collect();
+        let mut count = usize::MAX;
+        while open.len() < count {
+            count = open.len();
+            open.retain(|declaration| {
+                inner.scope.frame = declaration.frame;
+                let (declared, draft) = self.attempt(|flat| flat.declare_local(declaration, callee, inner));
+                if declared.is_ok() {
+                    self.keep(draft);
+                }
+                declared.is_err()
+            });
+        }
+        inner.scope.frame = 0;
     }
 
     fn call_at_translation(
@@ -65,7 +84,13 @@ impl Flattener<'_, '_> {
         let mut arguments = Vec::with_capacity(external.arguments.len());
         for argument in &external.arguments {
             if is_output(argument) {
-                arguments.push(Value::Integer(0));
+                // What the function sets has the value of its declaration, if any.
+                let declared = match &argument.kind {
+                    Kind::Local(local) => inner.local(local.name()).cloned(),
+                    _ => None,
+                };
+                let known = declared.map(|local| self.known_local(&local)).transpose()?.flatten();
+                arguments.push(known.unwrap_or(Value::Integer(0)));
                 continue;
             }
             let local = self.local_value(argument, inner)?;

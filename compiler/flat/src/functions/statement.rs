@@ -75,6 +75,13 @@ impl Flattener<'_, '_> {
     fn run_plain(&mut self, statement: &Statement, cx: &mut Context) -> Result<Flow, Fail> {
         self.count_statement(statement.span)?;
         match &statement.kind {
+            StatementKind::Assign(target, value) if cx.depth > 0 && value.ty.is_text() => {
+                // What the run puts together is a matter of compiled functions.
+                let (known, draft) = self.attempt(|flat| flat.local_value(value, cx));
+                let Ok(value) = known else { return self.opaque(value.span) };
+                self.keep(draft);
+                self.assign(target, value, cx)?;
+            }
             StatementKind::Assign(target, value) => {
                 let value = self.local_value(value, cx)?;
                 self.assign(target, value, cx)?;

@@ -48,11 +48,14 @@ impl Mentions {
     pub(super) fn add_class(&mut self, def: &ClassDef) {
         self.maybe_modification(def.annotation.as_ref());
         match &def.body {
-            ClassBody::Long { elements, equations, algorithms, extends_from, .. } => {
+            ClassBody::Long { elements, equations, algorithms, extends_from, external, .. } => {
                 self.maybe_modification(extends_from.as_ref());
                 elements.iter().for_each(|element| self.element(element));
                 equations.iter().flat_map(|section| &section.equations).for_each(|e| self.equation(e));
                 algorithms.iter().flat_map(|section| &section.statements).for_each(|s| self.statement(s));
+                // A function outside may read and write all that it is given.
+                let call = external.as_ref().and_then(|external| external.call.as_ref());
+                call.iter().flat_map(|call| &call.arguments).for_each(|e| self.expr(e));
             }
             ClassBody::Short { base, dims, modification, .. } => {
                 self.path(base);

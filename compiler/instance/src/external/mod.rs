@@ -1,11 +1,12 @@
 //! External functions that are known here, and the objects that some of them work on (Modelica 3.6, sections 12.9 and 12.9.7).
 //!
-//! An external function is a name and its arguments; what the functions of Modelica's own tables and strings do is written down in
+//! An external function is a name and its arguments; what the functions of Modelica's own tables and strings and of LAPACK do is written down in
 //! this folder, from their documentation, and computed at translation.  An external object is what its constructor was called with:
 //! nothing of it changes in the run.  What a table gives during the run is asked of it piece by piece (`pieces`), so that the flattener can
 //! write it as a function like any other.
 
 mod hermite;
+mod matrices;
 mod pieces;
 mod strings;
 mod table_1d;
@@ -111,7 +112,7 @@ pub(crate) fn call(name: &str, arguments: &[Value], files: DataFiles<'_>) -> Opt
     if let Some(rest) = name.strip_prefix("ModelicaStandardTables_") {
         return table(name, rest, arguments, files);
     }
-    strings::call(name, arguments)
+    matrices::call(name, arguments).or_else(|| strings::call(name, arguments))
 }
 
 fn table(name: &str, rest: &str, arguments: &[Value], files: DataFiles<'_>) -> Option<Result<Given, String>> {

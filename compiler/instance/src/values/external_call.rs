@@ -6,6 +6,7 @@ use hyd_syntax::tree::{Component, ComponentRef, Direction, Expr, ExprKind, Exter
 use crate::external::{self, Given};
 use crate::instantiation::instance::{LocalClass, Scope};
 use crate::instantiation::scopes::Scopes;
+use crate::values::evaluate::Env;
 use crate::values::value::Value;
 
 impl Scopes<'_> {
@@ -100,9 +101,15 @@ impl Scopes<'_> {
     }
 }
 
-/// True for an argument that is an output of the function around.
-pub(crate) fn is_set_by_call(argument: &Expr, components: &[(u32, Component)]) -> bool {
-    let ExprKind::Ref(reference) = &argument.kind else { return false };
+/// The output of the function around that an argument is.
+pub(crate) fn is_set_by_call<'e>(argument: &'e Expr, components: &[(u32, Component)]) -> Option<&'e Name> {
+    let ExprKind::Ref(reference) = &argument.kind else { return None };
     let name = &reference.parts[0].name.name;
-    components.iter().any(|(_, c)| c.name.name == *name && c.direction == Some(Direction::Output))
+    let is_it = |c: &Component| c.name.name == *name && c.direction == Some(Direction::Output);
+    components.iter().any(|(_, c)| is_it(c)).then_some(name)
+}
+
+/// The value that a variable of a function has.
+pub(crate) fn value_so_far(env: &Env, name: &Name) -> Option<Value> {
+    env.names.iter().rev().find(|(known, _)| known == name).map(|(_, value)| value.clone())
 }

@@ -4,7 +4,8 @@
 //! not among the variables of the function.
 
 use hyd_source::Reported;
-use hyd_syntax::tree::{ClassBody, Component, Element};
+use hyd_syntax::tree::{ClassBody, Component, ComponentRef, Direction, Element, Name};
+use hyd_syntax::visit::{Role, Visitor, walk_reference};
 
 use crate::classes::class::elements;
 use crate::classes::heir::Level;
@@ -21,6 +22,45 @@ pub struct FunctionComponent {
     pub component: Component,
     /// Where the names of the value are looked up, if not in the function.
     pub value_scope: Option<Scope>,
+}
+
+/// The names that an expression reads.
+struct Names<'n>(Vec<&'n Name>, bool);
+
+impl Visitor for Names<'_> {
+    fn reference(&mut self, reference: &ComponentRef, _: Role) {
+        let first = &reference.parts[0].name.name;
+        self.1 |= !reference.global && self.0.contains(&first);
+        walk_reference(self, reference);
+    }
+}
+
+/// Variables so that the values of declarations come behind those that they read, whatever the order of the text is (Modelica 3.6, section
+/// 12.4.4); inputs keep their places among each other, and so do those that read each other in a cycle.
+pub(crate) fn in_order_of_values(components: Vec<FunctionComponent>) -> Vec<FunctionComponent> {
+    let reads = |own: &FunctionComponent, others: &[FunctionComponent]| {
+        let Some(value) = own.component.modification.binding.as_ref().filter(|_| own.value_scope.is_none()) else {
+            return false;
+        };
+        let own = &own.component.name.name;
+        let others = others.iter().filter(|other| other.component.modification.binding.is_some());
+        let mut names =
+            Names(others.map(|other| &other.component.name.name).filter(|name| *name != own).collect(), false);
+        !names.0.is_empty() && {
+            names.expr(value);
+            names.1
+        }
+    };
+    let is_input = |own: &FunctionComponent| own.component.direction == Some(Direction::Input);
+    if !(0..components.len()).any(|k| !is_input(&components[k]) && reads(&components[k], &components[k + 1..])) {
+        return components;
+    }
+    let (mut ordered, mut open): (Vec<_>, Vec<_>) = components.into_iter().partition(is_input);
+    while !open.is_empty() {
+        let next = (0..open.len()).find(|&k| !reads(&open[k], &open)).unwrap_or(0);
+        ordered.push(open.remove(next));
+    }
+    ordered
 }
 
 impl Scopes<'_> {

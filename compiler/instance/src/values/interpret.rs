@@ -15,8 +15,8 @@ use crate::instantiation::lookup::Resolved;
 use crate::instantiation::scopes::Scopes;
 use crate::instantiation::work::{ELEMENT, STATEMENT, volume};
 use crate::values::evaluate::Env;
-use crate::values::external_call::is_set_by_call;
-use crate::values::function_components::FunctionComponent;
+use crate::values::external_call::{is_set_by_call, value_so_far};
+use crate::values::function_components::{FunctionComponent, in_order_of_values};
 use crate::values::value::{Value, widen};
 
 /// Deepest nesting of calls at translation.
@@ -77,7 +77,7 @@ impl Scopes<'_> {
         }
         let shape = self.table.shape(local.class)?;
         let inst = self.package_of(&local)?;
-        let components = self.function_components(inst, &shape)?;
+        let components = in_order_of_values(self.function_components(inst, &shape)?);
         let mut inner = Env { calls: env.calls + 1, ..Env::default() };
         let given = Given { positional, named, scope, env };
         self.set_components(span, &components, inst, &given, &mut inner)?;
@@ -93,10 +93,11 @@ impl Scopes<'_> {
                 let Some(call) = &external.call else { return Ok(None) };
                 let mut arguments = Vec::with_capacity(call.arguments.len());
                 for argument in &call.arguments {
-                    // What the function sets has no value yet.
-                    arguments.push(match is_set_by_call(argument, &components) {
-                        true => Value::Integer(0),
-                        false => self.evaluate(argument, own, &inner)?,
+                    // What the function sets has the value of its declaration, if any.
+                    let set = is_set_by_call(argument, &components).map(|name| value_so_far(&inner, name));
+                    arguments.push(match set {
+                        Some(value) => value.unwrap_or(Value::Integer(0)),
+                        None => self.evaluate(argument, own, &inner)?,
                     });
                 }
                 let Some(set) = self.call_external(span, call, &components, own, &arguments)? else { return Ok(None) };

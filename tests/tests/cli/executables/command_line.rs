@@ -200,7 +200,7 @@ fn loops_whose_errors_grow_are_made_whole_by_another_build() {
     let text = hyd_tests::models::text_of("tests/cases/networks/late.hyd");
     let text = text.replace("parameter Integer n = 60;", "parameter Integer n = 60;\n  parameter Real large = 1000;");
     fs::write(scratch.file("late.hyd"), text.replace("then 1000", "then large")).unwrap();
-    let advice = "rounding errors may have grown along a loop of equations with these values of the parameters; an executable \
+    let advice = "a loop of equations may be one that cannot be solved one variable after the other with these values of the parameters; an executable \
                   made by `hyd build --whole-loops` takes all variables of the loops as unknowns of the solver";
     assert!(scratch.hyd(&["build", "late.hyd", "-o", "torn"]).status.success());
     let output = scratch.bare("torn", &["--result", "r.csv"]);
