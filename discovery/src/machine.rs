@@ -365,7 +365,7 @@ impl Machine {
         if let Err(error) = ended {
             return Err(match grid.refused() {
                 Some(outside) => (Fault::new(outside), false),
-                None => (Fault::run(error.to_string()), error.may_be_of_loops()),
+                None => (Fault::run(error.to_string()), error.may_be_rounding()),
             });
         }
         let Some((values, mut derivatives)) = grid.taken() else {

@@ -258,15 +258,20 @@ impl SolveError {
         }
     }
 
-    /// True if that may come from the order in which variables of loops are computed one after the other: rounding errors may grow, even
-    /// until the rest looks singular, and Newton's method may find no values after an event.  A model with torn loops may run with its
-    /// loops whole.
-    pub fn may_be_of_loops(&self) -> bool {
+    /// True if the equations may have been solved in an order in which rounding errors grow, even until the rest looks singular: a
+    /// model with torn loops may run with its loops whole.
+    pub fn may_be_rounding(&self) -> bool {
         match self {
-            SolveError::Rounding { .. } | SolveError::Singular(_) | SolveError::Inconsistent { .. } => true,
-            SolveError::Initial { cause, .. } => *cause == Cause::Singular,
+            SolveError::Rounding { .. } | SolveError::Singular(_) => true,
+            SolveError::Initial { cause, .. } | SolveError::Inconsistent { cause, .. } => *cause == Cause::Singular,
             _ => false,
         }
+    }
+
+    /// The same, or if Newton's method has found no values after an event, which it may with whole loops.  A search that tries values out does
+    /// not ask for that: where they lead nowhere it takes others.
+    pub fn may_be_of_loops(&self) -> bool {
+        self.may_be_rounding() || matches!(self, SolveError::Inconsistent { .. })
     }
 
     /// File names and lines of the equation, relations or assertion at fault, as far as they are known.
