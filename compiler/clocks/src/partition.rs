@@ -4,6 +4,7 @@ use hyd_flat::{ClockKind, ClockOperator, FlatModel, Operand, Section, Target, Va
 use hyd_index::{IndexVec, TypedIndex, typed_index};
 use hyd_source::{Code, Diagnostic};
 use hyd_system::Variability;
+use rustc_hash::FxHashSet;
 
 typed_index!(
     /// A set of variables that share a clock, or that have none.
@@ -175,6 +176,7 @@ impl Partitions {
                 break;
             }
         }
+        faults.extend(self.set_at_events(flat));
         for block in flat.variables.iter().filter(|block| block.variability > Variability::Parameter) {
             let mut own = (0..block.count).map(|k| self.clocked_of(VarId(block.first.0 + k)).is_some());
             let first = own.next();
@@ -185,6 +187,34 @@ impl Partitions {
                     "`{with}` has a clock and `{without}` has none: elements of an array that differ in that are not supported"
                 );
                 faults.push(Diagnostic::error(Code::Clock, text).at(block.origin.span, "declared here"));
+            }
+        }
+        faults
+    }
+}
+
+impl Partitions {
+    /// Variables that a `when` of events sets, or of which `pre` is asked, and that stand in equations of a clock; each told once.
+    fn set_at_events(&self, flat: &FlatModel) -> Vec<Diagnostic> {
+        let asked = flat.clocks.iter().filter(|operator| operator.kind == ClockKind::Previous).flat_map(elements);
+        let asked: FxHashSet<VarId> = asked.map(|(value, ..)| value).collect();
+        let mut told: FxHashSet<VarId> = FxHashSet::default();
+        let mut faults = Vec::new();
+        for block in flat.equations.iter().filter(|block| is_running(block.section)) {
+            for operand in &block.operands {
+                let Target::Pre(v) = operand.target() else { continue };
+                let (of, k) = flat.locate(v);
+                let of = &flat.variables[of];
+                if of.made.is_some() || asked.contains(&v) || self.clocked_of(v).is_none() || !told.insert(v) {
+                    continue;
+                }
+                let name = of.name.element(k);
+                let message = format!("`{name}` changes at events, but it stands in an equation of a clock");
+                let fault = Diagnostic::error(Code::Clock, message).at(block.origin.span, "");
+                let help = format!(
+                    "`sample({name})` is its value before a tick; what `pre` is of events `previous` is of ticks"
+                );
+                faults.push(fault.with(of.origin.span, "declared here").help(help));
             }
         }
         faults
