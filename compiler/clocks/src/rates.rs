@@ -292,26 +292,30 @@ fn unknown(
     for relation in relations.iter().filter(|relation| rates.of[relation.source].is_none()) {
         told[relation.value] |= !matches!(relation.kind, ClockKind::Sub(None) | ClockKind::Super(None));
     }
-    for operator in &flat.clocks {
-        for (value, source, _) in elements(operator) {
-            let sources = source.filter(|_| matches!(operator.kind, ClockKind::Hold));
-            for v in [Some(value), sources].into_iter().flatten() {
-                let Some(own) = partitions.clocked_of(v).filter(|&own| rates.of[own].is_none() && !told[own]) else {
-                    continue;
-                };
-                told[own] = true;
-                let named = flat.variables.iter().find(|block| {
-                    block.made.is_none() && (0..block.count).any(|k| partitions.of[VarId(block.first.0 + k)] == own)
-                });
-                let message = match named {
-                    Some(block) => format!("nothing says when `{}` ticks", block.name.element(0)),
-                    None => "nothing says when this ticks".to_string(),
-                };
-                let fault = Diagnostic::error(Code::Clock, message).at(operator.origin.span, "");
-                diagnostics.push(
-                    fault.help("give it a clock: `sample(u, Clock(0.1))`, or `when Clock(0.1) then ... end when`"),
-                );
-            }
+    let all = flat.clocks.iter().flat_map(|operator| {
+        let sides = |(value, source, _): (VarId, Option<VarId>, Option<VarId>)| [source, Some(value)];
+        elements(operator).flat_map(sides).flatten().map(|v| (v, &operator.origin))
+    });
+    let is_unknown = |v: VarId| partitions.clocked_of(v).filter(|&own| rates.of[own].is_none());
+    let open: Vec<(PartitionId, &Origin)> = all.filter_map(|(v, origin)| Some((is_unknown(v)?, origin))).collect();
+    // Where all follow from each other the first one is told.
+    let first = open.first().map(|&(own, _)| own).filter(|_| open.iter().all(|&(own, _)| told[own]));
+    if let Some(first) = first {
+        told[first] = false;
+    }
+    for (own, origin) in open {
+        if std::mem::replace(&mut told[own], true) {
+            continue;
         }
+        let named = flat.variables.iter().find(|block| {
+            block.made.is_none() && (0..block.count).any(|k| partitions.of[VarId(block.first.0 + k)] == own)
+        });
+        let message = match named {
+            Some(block) => format!("nothing says when `{}` ticks", block.name.element(0)),
+            None => "nothing says when this ticks".to_string(),
+        };
+        let fault = Diagnostic::error(Code::Clock, message).at(origin.span, "");
+        diagnostics
+            .push(fault.help("give it a clock: `sample(u, Clock(0.1))`, or `when Clock(0.1) then ... end when`"));
     }
 }

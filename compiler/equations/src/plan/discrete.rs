@@ -88,8 +88,8 @@ fn match_discrete(system: &mut EquationSystem, algebra: &mut Algebra, known: &Kn
 fn unbalanced(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {
     // Conditions of `when` count on both sides.
     let hidden = unknowns.targets.iter().filter(|&&target| crate::explain::faults::is_hidden(system, target)).count();
-    let rows = counted(pattern.rows.len() - hidden, "discrete equation");
-    let message = format!("{rows} for {}", counted(unknowns.targets.len() - hidden, "discrete variable"));
+    let rows = counted(pattern.rows.len().saturating_sub(hidden), "discrete equation");
+    let message = format!("{rows} for {}", counted(unknowns.targets.len().saturating_sub(hidden), "discrete variable"));
     explain_parts(Diagnostic::error(Code::Unbalanced, message), system, pattern, unknowns, matching)
 }
 
