@@ -31,7 +31,7 @@ fn compare(typed: &[Equation], texts: &[text::Equation]) -> usize {
                 for (typed, text) in [(a, left), (b, right)] {
                     let text = print_expr(text);
                     // What is given by name stands in its place.
-                    if !text.contains("homotopy(actual") {
+                    if !text.contains("homotopy(actual") && !text.contains("solverMethod = ") {
                         assert_eq!(print_expr(&typed.written()), text);
                         count += 1;
                     }
