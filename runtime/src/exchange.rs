@@ -13,7 +13,7 @@ use hyd_system::{AssertionReport, DaeSystem, EventPhase, Instants, StateChoice, 
 use crate::Statistics;
 use crate::delay::{DelayWork, Delaying};
 use crate::error::{SolveError, Stage};
-use crate::events::iteration::settle;
+use crate::events::iteration::{Instant, settle};
 use crate::initial::consistent::Consistency;
 use crate::initial::{InitialSystem, Start};
 use crate::loops::judge;
@@ -403,7 +403,7 @@ impl Exchange {
             let phase = if std::mem::take(&mut self.starting) { EventPhase::Started } else { EventPhase::First };
             let outcome = self.within(system, |this, problem| {
                 let Point { t, y, yp } = &mut this.now;
-                let at = (phase, *t, this.time_scale);
+                let at = Instant { first: phase, t: *t, time_scale: this.time_scale, span: f64::INFINITY };
                 settle(problem, &mut this.consistency, &this.weights, at, (y, yp), None)
             })?;
             settled.terminated = settled.terminated.or(outcome.terminated);

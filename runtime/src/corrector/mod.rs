@@ -7,6 +7,7 @@
 pub(crate) mod damped;
 mod failure;
 mod modified;
+pub(crate) mod relaxed;
 
 pub(crate) use failure::{StepFailure, StepFault};
 pub(crate) use modified::{Correction, Corrector, Prediction};

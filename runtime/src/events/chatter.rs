@@ -17,6 +17,8 @@ use crate::problem::Problem;
 /// Events in a row, each closer to the last than `CLOSE` of the run, that count as chattering.
 const MOST_CLOSE_EVENTS: u32 = 200;
 const CLOSE: f64 = 1e-9;
+/// After so many it is looked whether they change anything.
+const FEW_CLOSE_EVENTS: u32 = 3;
 /// Close events in a row, each nearer to the last than that was to the one before, that count as accumulating.
 const MOST_SHRINKING_GAPS: u32 = 5;
 const CLOSE_SHRINKING: f64 = 1e-8;
@@ -115,6 +117,11 @@ impl Chatter {
         let relations = relations(problem, fired);
         let pile = Box::new(self.pile((t, span), problem, (y, yp)));
         Err(SolveError::Chattering { time: t, events: self.close.max(self.near), accumulating, relations, pile })
+    }
+
+    /// The last event was one of several that followed each other closely.
+    pub(crate) fn is_close(&self) -> bool {
+        self.close >= FEW_CLOSE_EVENTS
     }
 
     /// What is known of the last events, of those that belong together.

@@ -7,6 +7,7 @@
 use hyd_system::{EventChange, EventPhase};
 
 use super::cycle::Cycle;
+use super::effect::Before;
 use super::held_changes;
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
@@ -17,6 +18,8 @@ use crate::weights::Weights;
 
 /// Most passes at one instant.
 const MOST_PASSES: usize = 100;
+/// After so many it is looked whether they change anything.
+const MANY_PASSES: usize = 10;
 
 /// What an event did.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -31,13 +34,25 @@ pub(crate) struct EventOutcome {
     pub(crate) terminated: Option<String>,
 }
 
-/// Runs the event at time `t` on the values `y`, `yp` in place.  `time_scale` (s): typical step, for the size of
-/// rates.  Sensitivities are carried along as total derivatives.
+/// Where and how an event begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Instant {
+    /// Its first pass.
+    pub(crate) first: EventPhase,
+    /// Its time (s).
+    pub(crate) t: f64,
+    /// A typical step (s), for the size of rates.
+    pub(crate) time_scale: f64,
+    /// Length of the run (s), over which what an event does to rates may tell; infinite where it is not known.
+    pub(crate) span: f64,
+}
+
+/// Runs an event on the values `y`, `yp` in place.  Sensitivities are carried along as total derivatives.
 pub(crate) fn settle(
     problem: &mut Problem<'_>,
     consistency: &mut Consistency,
     weights: &Weights,
-    (first, t, time_scale): (EventPhase, f64, f64),
+    Instant { first, t, time_scale, span }: Instant,
     (y, yp): (&mut [f64], &mut [f64]),
     mut sensitivity: Option<&mut Sensitivity>,
 ) -> Result<EventOutcome, SolveError> {
@@ -50,6 +65,7 @@ pub(crate) fn settle(
             before.resize(problem.system.structure().roots, false);
             problem.system.held(&mut before);
         }
+        let before_pass = (pass >= MANY_PASSES).then(|| Before::new(problem, t, (y, yp)));
         if let Some(sensitivity) = sensitivity.as_deref_mut() {
             sensitivity.before_pass(problem, phase, t, y, yp);
         }
@@ -84,6 +100,13 @@ pub(crate) fn settle(
         judge(problem, (Stage::Event, t), (y, yp))?;
         if let Some(sensitivity) = sensitivity.as_deref_mut() {
             sensitivity.consistent(problem, (Stage::Event, t), y, yp)?;
+        }
+        // What changes is the truth of relations whose sides are equal but for rounding.
+        if let Some(before) = before_pass
+            && !change.reinitialised
+            && before.differs_by_rounding(problem, weights, (t, span), (y, yp))
+        {
+            return Ok(outcome);
         }
         cycle.note(problem, (pass, MOST_PASSES), (t, &*y, &*yp));
         phase = if change.unsettled || together { EventPhase::Repeat } else { EventPhase::Iterate };

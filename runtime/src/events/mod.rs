@@ -8,6 +8,7 @@
 
 pub(crate) mod chatter;
 pub(crate) mod cycle;
+pub(crate) mod effect;
 pub(crate) mod iteration;
 pub(crate) mod roots;
 

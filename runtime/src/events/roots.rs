@@ -11,6 +11,7 @@
 
 use hyd_system::Structure;
 
+use crate::events::effect::Effect;
 use crate::initial::consistent::Consistency;
 use crate::integrator::Integrator;
 use crate::problem::Problem;
@@ -32,6 +33,12 @@ const MOST_HALVINGS: u32 = 40;
 const BENT: f64 = 0.25;
 /// Values of a root function that begins at zero say nothing below this part of the value at the end of the step.
 const NOISE: f64 = 1e-14;
+/// Rounding is at most this part of the largest value that a root function has had: where its events have no effect, and where they have
+/// a slight one.
+const ROUNDING: f64 = 1e-9;
+const FINE_ROUNDING: f64 = 1e-11;
+/// A root function that has never been larger may have been nothing but rounding all the time.
+const SMALL: f64 = 1e-4;
 /// Relations that turn back within this many final brackets after an event belong to the same instant.
 const SAME_INSTANT: f64 = 16.0;
 
@@ -55,6 +62,10 @@ pub(crate) struct RootWatch {
     /// Sizes below which a sign is rounding, for functions that begin the step at zero: a mass that leaves its stop is not beyond it by
     /// 1e-41 m on the way.
     noise: Vec<f64>,
+    /// Sizes below which a sign has been seen to be rounding ([`RootWatch::ignore_rounding`]).
+    rounding: Vec<f64>,
+    /// The largest values so far.
+    largest: Vec<f64>,
     left: Vec<f64>,
     right: Vec<f64>,
     trial: Vec<f64>,
@@ -78,6 +89,8 @@ impl RootWatch {
             resting: vec![false; roots],
             from: f64::NEG_INFINITY,
             noise: vec![0.0; roots],
+            rounding: vec![0.0; roots],
+            largest: vec![0.0; roots],
             left: vec![0.0; roots],
             right: vec![0.0; roots],
             trial: vec![0.0; roots],
@@ -103,6 +116,23 @@ impl RootWatch {
         }
     }
 
+    /// The relations that fired last come back at once, with this effect: their functions may be zero but for rounding, as
+    /// `abs(i) - abs(v)*G` is where an equation says `i = G*v`, or as the current of an open switch.  From now on they are heard
+    /// beyond twice the size that they have had, if that is rounding.
+    pub(crate) fn ignore_rounding(&mut self, effect: Effect) {
+        let part = match effect {
+            Effect::None => ROUNDING,
+            Effect::Slight => FINE_ROUNDING,
+            Effect::Full => return,
+        };
+        for k in (0..self.held.len()).filter(|&k| self.fired[k]) {
+            let size = self.left[k].abs().max(self.right[k].abs()).max(self.rounding[k]);
+            if size <= part * self.largest[k].max(SMALL) {
+                self.rounding[k] = 2.0 * size;
+            }
+        }
+    }
+
     /// Time of the first change within the last step, with the values there in `y` and `yp`.  Changes that last longer than
     /// `spacing` (s) are never missed.
     pub(crate) fn check(
@@ -118,8 +148,11 @@ impl RootWatch {
         }
         let (begin, end) = (past.t_before().max(self.from), past.t());
         problem.system.roots(end, past.y(), past.yp(), &mut self.right);
-        for (noise, (left, right)) in self.noise.iter_mut().zip(self.left.iter().zip(&self.right)) {
-            *noise = if *left == 0.0 { NOISE * right.abs() } else { 0.0 };
+        for k in 0..self.held.len() {
+            let right = self.right[k].abs();
+            self.largest[k] = self.largest[k].max(right);
+            let noise = if self.left[k] == 0.0 { NOISE * right } else { 0.0 };
+            self.noise[k] = noise.max(self.rounding[k]);
         }
         let parts = (((end - begin) / spacing).ceil() as usize).clamp(past.parts(), MOST_PARTS);
         let part = (end - begin) / parts as f64;

@@ -10,6 +10,7 @@ use hyd_system::math::square;
 use hyd_system::{StateChoice, Structure};
 
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
+use crate::corrector::relaxed::lead_back;
 use crate::fold;
 use crate::linear::{FactorError, IterationMatrix};
 use crate::problem::Problem;
@@ -186,8 +187,19 @@ impl Consistency {
     ) -> Result<(), Inconsistent> {
         self.have_matrix = false;
         self.load(time_scale, weights, y, yp);
+        let first = self.newton.x.clone();
         let mut view = View { core: &mut self.core, problem, t, switching };
-        match self.newton.solve(&mut view, TOLERANCE) {
+        let mut found = self.newton.solve(&mut view, TOLERANCE);
+        if let Err(NewtonFailure::NoConvergence { .. }) = found
+            && !switching
+        {
+            let failed = self.newton.clone();
+            match lead_back(&mut self.newton, &mut view, &first, TOLERANCE) {
+                true => found = Ok(()),
+                false => self.newton = failed,
+            }
+        }
+        match found {
             Ok(()) => {
                 self.core.scatter(&self.newton.x);
                 self.have_matrix = true;

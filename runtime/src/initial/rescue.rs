@@ -10,9 +10,8 @@ use std::fmt;
 
 use hyd_system::significant;
 
-use super::{FIRST_SHARE, InitialSystem, SMALLEST_SHARE, TOLERANCE, View};
-use crate::corrector::damped::Target;
-use crate::linear::FactorError;
+use super::{InitialSystem, TOLERANCE, View};
+use crate::corrector::relaxed::lead_back;
 use crate::problem::Problem;
 
 /// Places, in nominal values, to which start values of zero are moved.
@@ -100,29 +99,6 @@ impl fmt::Display for Rescue {
     }
 }
 
-/// The initial system with a part of what it amounts to at the start values left over: `G(x) - rest G(x0)`.
-struct Relaxed<'a, 'b, 'c> {
-    view: View<'a, 'b>,
-    at_start: &'c [f64],
-    rest: f64,
-}
-
-impl Target for Relaxed<'_, '_, '_> {
-    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> bool {
-        let is_finite = self.view.residual(x, out);
-        out.iter_mut().zip(self.at_start).for_each(|(value, start)| *value -= self.rest * start);
-        is_finite
-    }
-
-    fn factor(&mut self, x: &[f64]) -> Result<(), FactorError> {
-        self.view.factor(x)
-    }
-
-    fn solve(&mut self, b: &mut [f64]) {
-        self.view.solve(b);
-    }
-}
-
 impl InitialSystem {
     /// Looks for a solution elsewhere and leaves it in `newton.x`; else the number of starts that were tried in vain.
     pub(super) fn rescue(&mut self, problem: &mut Problem<'_>, t: f64, guess: &[f64]) -> Result<Rescue, usize> {
@@ -176,28 +152,7 @@ impl InitialSystem {
 
     /// From the equations that the guess fulfils back to those given.
     fn lead_back(&mut self, problem: &mut Problem<'_>, t: f64, guess: &[f64]) -> bool {
-        let mut at_start = vec![0.0; guess.len()];
-        if !(View { core: &mut self.core, problem, t }).residual(guess, &mut at_start) {
-            return false;
-        }
-        self.newton.x.copy_from_slice(guess);
-        let (mut share, mut step) = (0.0, FIRST_SHARE);
-        let mut last = guess.to_vec();
-        while share < 1.0 {
-            let next = f64::min(share + step, 1.0);
-            let view = View { core: &mut self.core, problem, t };
-            let mut relaxed = Relaxed { view, at_start: &at_start, rest: 1.0 - next };
-            if self.newton.solve(&mut relaxed, TOLERANCE).is_ok() {
-                last.copy_from_slice(&self.newton.x);
-                (share, step) = (next, 2.0 * step);
-            } else if step <= SMALLEST_SHARE {
-                return false;
-            } else {
-                self.newton.x.copy_from_slice(&last);
-                step *= 0.25;
-            }
-        }
-        true
+        lead_back(&mut self.newton, &mut View { core: &mut self.core, problem, t }, guess, TOLERANCE)
     }
 
     /// The fewest start values found that lead to the solution, the others as given.

@@ -7,7 +7,7 @@ use hyd_system::EventPhase;
 
 use super::{Choosing, Point, Run, Simulator};
 use crate::error::SolveError;
-use crate::events::iteration::settle;
+use crate::events::iteration::{Instant, settle};
 use crate::first_step::FirstSteps;
 use crate::initial::Start;
 
@@ -46,7 +46,7 @@ impl Simulator {
         let Point { y, yp } = &mut self.point;
         run.terminated = self.initial.start(run.problem, &mut start, y, yp)?;
         // What `initial()` kept from firing, such as the first sample at the start, happens now.
-        let at = (EventPhase::Started, t, time_scale);
+        let at = Instant { first: EventPhase::Started, t, time_scale, span: run.span() };
         let sensitivity = self.sensitivity.as_deref_mut();
         let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;
         run.terminated = run.terminated.take().or(outcome.terminated);

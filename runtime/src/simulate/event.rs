@@ -5,7 +5,8 @@ use hyd_system::EventPhase;
 
 use super::{Found, Point, Run, Simulator};
 use crate::error::SolveError;
-use crate::events::iteration::settle;
+use crate::events::effect::Before;
+use crate::events::iteration::{Instant, settle};
 
 impl Simulator {
     /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.
@@ -16,6 +17,7 @@ impl Simulator {
         if !is_asked {
             run.chatter.note((t, span), &self.roots.fired, run.problem, (y, yp))?;
         }
+        let before = (!is_asked && run.chatter.is_close()).then(|| Before::new(run.problem, t, (y, yp)));
         let rows = run.options.event_rows || run.options.every_step;
         // A second event at the same time begins where the one before has left off, with its row.
         let begun = t == run.last_event && !run.is_bare;
@@ -31,7 +33,7 @@ impl Simulator {
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::BeforeEvent, sensitivity)?;
         }
         self.output.assertions(run.problem, t, (y, yp))?;
-        let at = (EventPhase::First, t, self.integrator.step_size());
+        let at = Instant { first: EventPhase::First, t, time_scale: self.integrator.step_size(), span };
         if let Some(sensitivity) = &mut self.sensitivity {
             sensitivity.shift(run.problem, t, (y, yp), source);
         }
@@ -64,6 +66,12 @@ impl Simulator {
             // Nothing that the integrator sees has changed: it keeps its past.
             run.settled(t);
             self.roots.restart(run.problem, t, &self.point.y, &self.point.yp);
+        }
+        if let Some(before) = before
+            && !outcome.reinitialised
+        {
+            let after = (&self.point.y[..], &self.point.yp[..]);
+            self.roots.ignore_rounding(before.effect(run.problem, &self.weights, (t, span), after));
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use hyd_system::{EquationInfo, EventPhase};
 use super::{Run, Simulator};
 use crate::corrector::{StepFailure, StepFault};
 use crate::error::{SolveError, Stage};
-use crate::events::iteration::settle;
+use crate::events::iteration::{Instant, settle};
 use crate::problem::Problem;
 use crate::sensitivity::EventSource;
 
@@ -69,7 +69,7 @@ impl Simulator {
             sensitivity.consistent(run.problem, (Stage::Event, t), after.0, after.1)?;
         }
         run.problem.statistics.state_events += 1;
-        let at = (EventPhase::First, t, self.integrator.step_size());
+        let at = Instant { first: EventPhase::First, t, time_scale: self.integrator.step_size(), span: run.span() };
         let (y, yp) = (&mut self.point.y, &mut self.point.yp);
         let sensitivity = self.sensitivity.as_deref_mut();
         let outcome = settle(run.problem, &mut self.consistency, &self.weights, at, (y, yp), sensitivity)?;

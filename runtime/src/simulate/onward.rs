@@ -13,7 +13,7 @@ use super::{Arrival, Found, Point, Run, Simulator, Stall};
 use crate::delay::Delaying;
 use crate::error::{SolveError, Stage};
 use crate::events::chatter::Chatter;
-use crate::events::iteration::settle;
+use crate::events::iteration::{Instant, settle};
 use crate::loops::judge;
 use crate::problem::Problem;
 use crate::{Options, Statistics, Warning};
@@ -162,7 +162,8 @@ impl Onward {
                     Err(SolveError::inconsistent(Stage::Event, at, fault, attempt, run.problem))
                 }
                 Ok(()) => judge(run.problem, (Stage::Event, at), (y, yp)).and_then(|()| {
-                    let first = (EventPhase::First, place.0, place.1);
+                    let (t, time_scale) = place;
+                    let first = Instant { first: EventPhase::First, t, time_scale, span: run.span() };
                     settle(run.problem, &mut simulator.consistency, &simulator.weights, first, (y, yp), None)
                 }),
             };
