@@ -3,6 +3,7 @@
 //! Discrete variables start at their start values, unless there are more initial conditions than continuous unknowns: then those
 //! that are not fixed are unknowns too (Modelica 3.6, section 8.6: `pre(v)` of a variable that is not fixed is an unknown of
 //! the initial system).  Such a variable keeps its value until a `when` sets it, so at the start it and its `pre` are one value.
+//! An integer or a Boolean is no unknown of an iteration: it is one only where an initial equation says what it is.
 
 use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::IndexVec;
@@ -17,10 +18,16 @@ use crate::system::{EqId, EquationSystem, Role};
 pub(crate) fn open_discrete(system: &mut EquationSystem, unknowns: &mut Unknowns, conditions: &Conditions) -> bool {
     let keeps = keep_their_values(system);
     let blocks = block_of_variable(&system.flat);
+    let mut said: IndexVec<VarId, bool> = IndexVec::filled(false, system.roles.len());
+    for &eq in &conditions.initial {
+        if let Some(Target::Var(v) | Target::Pre(v)) = system.left_operand(eq).map(|operand| operand.target()) {
+            said[v] = true;
+        }
+    }
     let is_open = |system: &EquationSystem, v: VarId| {
         let block = &system.flat.variables.raw[blocks[v] as usize];
         let fixed = block.fixed.get((v.0 - block.first.0) as usize);
-        keeps[v] && system.roles[v] == Role::Discrete && block.kind == ValueKind::Real && !fixed
+        keeps[v] && system.roles[v] == Role::Discrete && (block.kind == ValueKind::Real || said[v]) && !fixed
     };
     let mut open = IndexVec::filled(false, system.roles.len());
     for &eq in conditions.initial.iter().chain(&conditions.model) {

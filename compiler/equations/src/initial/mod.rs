@@ -174,11 +174,7 @@ impl Start {
             let rows = [pattern.rows.as_slice(), &added].concat();
             pattern = incidence::pattern(system, algebra, rows, unknowns);
         }
-        let kind = |target: &Target| match *target {
-            Target::Var(v) if !system.roles[v].is_continuous() => Kind::Iterated,
-            _ => Kind::Plain,
-        };
-        let kinds = IndexVec::from_vec(unknowns.targets.iter().map(kind).collect());
+        let kinds = IndexVec::filled(Kind::Plain, unknowns.targets.len());
         let wishes = wishes(system, unknowns);
         let request = Request { pattern, unknowns, kinds, wishes, known: &bindings.known, values, loops: self.loops };
         let plan = build_plan(system, algebra, request).map_err(|mismatch| {

@@ -54,8 +54,6 @@ pub(crate) enum Kind {
     Rate,
     /// By the solver, a candidate: it is read from `y` and its derivative from `y'`; what determines it changes.
     Selected,
-    /// By the solver always.
-    Iterated,
 }
 
 /// What becomes of loops.
@@ -184,7 +182,7 @@ fn prefer(
                 Kind::Plain => {}
                 Kind::Rate if classes[entry] <= Solvability::ByParameters as u8 => classes[entry] = 0,
                 Kind::Rate => classes[entry] = Solvability::Sometimes as u8,
-                Kind::Selected | Kind::Iterated => classes[entry] = Solvability::Never as u8,
+                Kind::Selected => classes[entry] = Solvability::Never as u8,
             }
         }
     }
