@@ -102,7 +102,13 @@ impl Elaborator<'_, '_> {
             equation = equation.or(equations.iter().find_map(|section| section.equations.first()).map(|e| e.span));
             self.scope.frame = frame as u32;
             if let (None, Some(outside)) = (&external, outside) {
-                external = Some(self.external(outside));
+                match self.scopes.written_call(outside, variables.iter().map(|variable| &variable.text)) {
+                    Some(statement) => {
+                        let statements = self.statements(std::slice::from_ref(&statement));
+                        algorithms.push((frame as u32, statements));
+                    }
+                    None => external = Some(self.external(outside)),
+                }
             }
             for section in own {
                 algorithms.push((frame as u32, self.statements(&section.statements)));

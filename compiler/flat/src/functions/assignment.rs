@@ -4,8 +4,10 @@
 //! the elements are written in place: filling an array in a loop costs as much as it has elements.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use hyd_source::{Code, Span};
+use hyd_symbolic::{Body, BodyOutput, NodeId, Relation, SlotId, Step};
 use hyd_typed::{Expr, Kind, Kind as Form, Local as Path, Variable};
 
 use crate::expressions::record::{join_subscripts, rank};
@@ -52,7 +54,10 @@ impl Flattener<'_, '_> {
         let path = match &target.kind {
             Kind::Local(path) => path,
             Kind::Variable(variable) if cx.assigned.is_some() => {
-                return self.assign_variable(target, variable, value, cx);
+                return match self.subscript_of_run(variable) {
+                    Some(place) => self.assign_where_run_says(target, variable, place, value, cx),
+                    None => self.assign_variable(target, variable, value, cx),
+                };
             }
             _ => return Err(self.error(Code::Misplaced, target.span, "only variables can be assigned")),
         };
@@ -190,6 +195,83 @@ impl Flattener<'_, '_> {
             }
         }
         Ok(list.into_iter().map(|k| k as usize).collect())
+    }
+
+    /// The first subscript of a variable itself that changes during the run.
+    fn subscript_of_run(&mut self, variable: &Variable) -> Option<usize> {
+        let (_, subscripts) = &variable.steps[variable.steps.len() - 1];
+        let changes = |flat: &mut Self, expr: &Expr| {
+            expr.ty.rank == 0 && !matches!(expr.kind, Kind::Colon | Kind::Range(..)) && !flat.made_of_parameters(expr)
+        };
+        subscripts.iter().position(|expr| changes(self, expr))
+    }
+
+    /// `a[i] := value` where the run says what `i` is: each element takes the value or stays as it is.
+    fn assign_where_run_says(
+        &mut self,
+        target: &Expr,
+        variable: &Variable,
+        place: usize,
+        value: Local,
+        cx: &mut Context,
+    ) -> Result<(), Fail> {
+        let last = variable.steps.len() - 1;
+        let (inst, subscripts) = &variable.steps[last];
+        let subscript = subscripts[place].clone();
+        let Some(&size) = self.scopes.instances[*inst].dims.get(place) else {
+            return Err(self.error(Code::ArrayShape, target.span, "too many subscripts"));
+        };
+        let index = self.lower(&subscript, cx, &[])?;
+        self.want_number(subscript.span, "a subscript", &index)?;
+        let values = self.values_of(target.span, value)?;
+        let checked = self.checked_subscript(index.node, size);
+        for k in 1..=size {
+            let mut element = variable.clone();
+            let literal = Kind::Integer(k as i64);
+            element.steps[last].1[place] = Expr { kind: literal, ..subscript.clone() };
+            let element = Expr { kind: Kind::Variable(element), ..target.clone() };
+            let before = self.local_value(&element, cx)?;
+            let before = self.values_of(target.span, before)?;
+            let arena = &mut self.model.templates.arena;
+            let number = arena.constant(k as f64);
+            let here = arena.compare(Relation::Equal, index.node, number);
+            // What fails is not a number, which the first element takes over.
+            let nothing = (k == 1).then(|| arena.sub(checked, index.node));
+            let mut after = Vec::with_capacity(values.len());
+            for (new, old) in values.iter().zip(before.iter()) {
+                let arena = &mut self.model.templates.arena;
+                let old = nothing.map_or(old.node, |nothing| arena.add(old.node, nothing));
+                after.push(Typed { node: arena.select(here, new.node, old), ..new.clone() });
+            }
+            let shape = self.shape(&element, cx)?;
+            let after = match (shape.is_empty(), after.pop()) {
+                (true, Some(only)) => Local::Node(only),
+                (_, rest) => Local::array(after.into_iter().chain(rest).collect(), shape),
+            };
+            self.assign(&element, after, cx)?;
+        }
+        Ok(())
+    }
+
+    /// A subscript of the run, which must be one of `1:size` where it is computed.
+    fn checked_subscript(&mut self, index: NodeId, size: usize) -> NodeId {
+        let arena = &mut self.model.templates.arena;
+        let name: Arc<str> = "subscript".into();
+        let body = arena.reserve_body(name.clone(), vec![false]);
+        let given = arena.slot(SlotId(0));
+        let (low, high) = (arena.constant(1.0), arena.constant(size as f64));
+        let above = arena.compare(Relation::GreaterEqual, given, low);
+        let below = arena.compare(Relation::LessEqual, given, high);
+        let inside = arena.and(above, below);
+        let steps = vec![Step::Check(inside, format!("a subscript is outside 1..{size}").into()), Step::Set(1, given)];
+        let outputs = vec![BodyOutput { name: "k".into(), register: 1, zero: false }];
+        let real_inputs = vec![false];
+        arena.set_body(
+            body,
+            Body { name, inputs: 1, real_inputs, registers: 2, steps, outputs, derivatives: Vec::new() },
+        );
+        let list = arena.argument_list(&[index]);
+        arena.apply(body, 0, list)
     }
 
     /// `variable := value` in an algorithm section of a model.

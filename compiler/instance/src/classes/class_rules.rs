@@ -6,7 +6,9 @@
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{ClassBody, ClassDef, ClassKind, Component, Element, ElementPrefixes, NestedClass};
+use hyd_syntax::tree::{
+    Argument, ClassBody, ClassDef, ClassKind, Component, Element, ElementModification, ElementPrefixes, NestedClass,
+};
 use rustc_hash::FxHashMap;
 
 use crate::classes::class::{ClassId, ClassTable, elements};
@@ -114,6 +116,14 @@ impl ClassTable<'_> {
             && self.same_declaration(a, b)
         {
             shape.elements[known as usize].also.push(frame);
+            if !self.same_attributes(a, b) {
+                let message = format!("`{name}` is declared twice with different attributes; those of the first count");
+                self.report(
+                    Diagnostic::warning(Code::Redefinition, message)
+                        .at(span, "second declaration")
+                        .with(b.name.span, "first declaration"),
+                );
+            }
             return Ok(());
         }
         if let (Element::Class(a), Element::Class(b)) = (new.element(), old.element())
@@ -157,17 +167,29 @@ impl ClassTable<'_> {
         Err(Reported)
     }
 
-    /// Both declarations say the same, blanks aside.
+    /// The text at a place without blanks.
+    fn bare_text(&self, span: Option<Span>) -> String {
+        span.map(|s| self.files.snippet(s).split_whitespace().collect::<String>()).unwrap_or_default()
+    }
+
+    /// Attributes of both declarations say the same.
+    fn same_attributes(&self, a: &Component, b: &Component) -> bool {
+        self.bare_text(a.modification.span) == self.bare_text(b.modification.span)
+    }
+
+    /// Both declarations say the same, blanks and attributes of predefined types aside.
     fn same_declaration(&self, a: &Component, b: &Component) -> bool {
-        let text = |span: Option<Span>| {
-            span.map(|s| self.files.snippet(s).split_whitespace().collect::<String>()).unwrap_or_default()
-        };
+        let text = |span: Option<Span>| self.bare_text(span);
         let own = |c: &Component| {
             let p = &c.prefixes;
             let dims: Vec<String> = c.dims.iter().map(|d| text(Some(d.span))).collect();
             let class: Vec<String> = c.class.parts.iter().map(|part| part.name.to_string()).collect();
             let condition = text(c.condition.as_ref().map(|e| e.span));
-            let value = text(c.modification.span);
+            let attributes = c.modification.arguments.iter().all(is_attribute);
+            let value = match attributes {
+                true => text(c.modification.binding.as_ref().map(|e| e.span)),
+                false => text(c.modification.span),
+            };
             (class, dims, condition, value, [p.protected, p.is_final, p.inner, p.outer, p.replaceable])
         };
         own(a) == own(b) && a.variability == b.variability && a.flow == b.flow && a.direction == b.direction
@@ -200,6 +222,13 @@ impl ClassTable<'_> {
         }
         self.report(diagnostic.with(declared, "declared here"));
     }
+}
+
+/// What guides a solver and says nothing of what a variable is.
+fn is_attribute(argument: &Argument) -> bool {
+    const GUIDES: [&str; 6] = ["min", "max", "nominal", "start", "stateSelect", "displayUnit"];
+    let Argument::Modify(ElementModification { target, .. }) = argument else { return false };
+    matches!(target.parts.as_slice(), [only] if GUIDES.contains(&only.name.as_ref()))
 }
 
 /// An element of a class definition.

@@ -10,8 +10,6 @@ use crate::values::value::Value;
 /// Calls the function of this name; `None` where it is not known.
 pub(crate) fn call(name: &str, arguments: &[Value]) -> Option<Result<Given, String>> {
     match (name, arguments) {
-        // n, nrhs, A, lda, ipiv, B, ldb, info
-        ("dgesv", [_, _, a, _, _, b, ..]) => Some(solved(a, b)),
         // m, n, nrhs, A, lda, B, ldb, jpvt, rcond, rank, work, lwork, info
         ("dgelsy", [_, _, _, a, _, b, _, _, rcond, ..]) => Some(least_squares(a, b, rcond.as_real().unwrap_or(0.0))),
         _ => None,
@@ -40,25 +38,6 @@ fn array(matrix: &DMatrix<f64>, shape: &[usize]) -> Value {
         1 => Value::array(rows.flatten().collect()),
         _ => Value::array(rows.map(Value::array).collect()),
     }
-}
-
-/// `A*X = B` by elimination with partial pivoting: what B becomes, and the number of the pivot that is 0, or 0.
-fn solved(a: &Value, b: &Value) -> Result<Given, String> {
-    let shape = b.shape();
-    let (a, b) = (matrix(a)?, matrix(b)?);
-    if a.nrows() != a.ncols() || a.nrows() != b.nrows() {
-        return Err(
-            "a system of linear equations needs a square matrix with as many rows as its right side".to_string()
-        );
-    }
-    let factors = a.lu();
-    let upper = factors.u();
-    let zero = (0..upper.nrows()).find(|&k| upper[(k, k)] == 0.0);
-    let (x, info) = match (zero, factors.solve(&b)) {
-        (None, Some(x)) => (x, 0),
-        (zero, _) => (b, zero.map_or(1, |k| k as i64 + 1)),
-    };
-    Ok(Given { value: None, set: vec![(5, array(&x, &shape)), (7, Value::Integer(info))] })
 }
 
 /// The shortest of the vectors that make `A*x - b` smallest, and the rank of A by its singular values beside the largest.
@@ -93,30 +72,13 @@ mod tests {
 
     fn given(name: &str, a: Value, b: Value) -> Vec<(usize, Value)> {
         let n = Value::Integer(0);
-        let arguments = match name {
-            "dgesv" => vec![n.clone(), n.clone(), a, n.clone(), n.clone(), b, n.clone(), n],
-            _ => {
-                let mut all = vec![n.clone(); 13];
-                (all[3], all[5], all[8]) = (a, b, Value::Real(1e-10));
-                all
-            }
-        };
+        let mut arguments = vec![n; 13];
+        (arguments[3], arguments[5], arguments[8]) = (a, b, Value::Real(1e-10));
         call(name, &arguments).expect("known").expect("it fits").set
     }
 
     fn numbers(value: &Value) -> Vec<f64> {
         value.flatten().into_iter().filter_map(Value::as_real).collect()
-    }
-
-    #[test]
-    fn a_system_is_solved_and_a_singular_one_is_told() {
-        let a = Value::array(vec![reals(&[2.0, 1.0]), reals(&[1.0, 3.0])]);
-        let set = given("dgesv", a, reals(&[3.0, 5.0]));
-        let x = numbers(&set[0].1);
-        assert!((x[0] - 0.8).abs() < 1e-14 && (x[1] - 1.4).abs() < 1e-14, "{x:?}");
-        assert_eq!(set[1], (7, Value::Integer(0)));
-        let singular = Value::array(vec![reals(&[1.0, 1.0]), reals(&[1.0, 1.0])]);
-        assert_eq!(given("dgesv", singular, reals(&[1.0, 2.0]))[1], (7, Value::Integer(2)));
     }
 
     /// A line through three points: 1 + 2 t with residuals (1, -2, 1)/10 that are orthogonal to both columns.

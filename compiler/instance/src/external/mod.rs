@@ -102,15 +102,34 @@ pub fn is_error(name: &str) -> bool {
     name == "ModelicaError"
 }
 
-/// A function whose only effect is outside of the model: nothing depends on whether it is run.
+/// A function whose only effect is outside of the model: nothing depends on whether it is run, and where it tells whether that went well,
+/// it did.  The hidden state of a generator of random
+/// numbers is outside, too: the function that reads it is not known here.
 pub fn is_effect_only(name: &str) -> bool {
-    matches!(name, "ModelicaInternal_print" | "ModelicaStreams_closeFile")
+    matches!(
+        name,
+        "ModelicaInternal_print"
+            | "ModelicaStreams_closeFile"
+            | "ModelicaIO_writeRealMatrix"
+            | "ModelicaInternal_removeFile"
+            | "ModelicaRandom_setInternalState_xorshift1024star"
+    )
 }
+
+/// What a seed is that time and process would decide elsewhere: a run can be repeated here.
+pub const AUTOMATIC_SEED: i64 = 614_657_441;
 
 /// Calls the external function of this name; `None` where it is not known.  `Err`: a sentence.
 pub(crate) fn call(name: &str, arguments: &[Value], files: DataFiles<'_>) -> Option<Result<Given, String>> {
     if let Some(rest) = name.strip_prefix("ModelicaStandardTables_") {
         return table(name, rest, arguments, files);
+    }
+    if let ("ModelicaInternal_stat", Some(Value::Text(file))) = (name, arguments.first()) {
+        // Literals of an enumeration: no file, a file, a folder, something else.
+        return Some(Ok(Value::Integer(if files(file).is_ok() { 2 } else { 1 }).into()));
+    }
+    if name == "ModelicaRandom_automaticGlobalSeed" {
+        return Some(Ok(Value::Integer(AUTOMATIC_SEED).into()));
     }
     matrices::call(name, arguments).or_else(|| strings::call(name, arguments))
 }

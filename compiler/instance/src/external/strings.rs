@@ -23,6 +23,7 @@ pub(crate) fn call(name: &str, arguments: &[Value]) -> Option<Result<Given, Stri
             let lower = |text: String| if is_true(2) { text } else { text.to_lowercase() };
             return Some(Ok(Given::from(comparison(lower(a).cmp(&lower(b))))));
         }
+        "ModelicaStrings_hashString" => Value::Integer(i64::from(hash(text(0)?))),
         // Where a file is, is for the source of texts to know.
         "ModelicaInternal_fullPathName" => Value::Text(text(0)?.clone()),
         "ModelicaStrings_skipWhiteSpace" => Value::Integer(skip_blanks(text(0)?, whole(1)?)),
@@ -38,6 +39,18 @@ pub(crate) fn call(name: &str, arguments: &[Value]) -> Option<Result<Given, Stri
 /// A literal of an enumeration `Compare` whose three literals are less, equal, greater; the type is that of what takes the value.
 fn comparison(order: std::cmp::Ordering) -> Value {
     Value::Integer(2 + order as i64)
+}
+
+/// Arash Partow's hash of the bytes of a text, as an integer of 32 bits with a sign.
+fn hash(text: &str) -> i32 {
+    let mixed = |hash: u32, (place, byte): (usize, u8)| {
+        let byte = u32::from(byte);
+        hash ^ match place % 2 {
+            0 => (hash << 7) ^ byte.wrapping_mul(hash >> 3),
+            _ => !(hash << 11).wrapping_add(byte ^ (hash >> 5)),
+        }
+    };
+    text.bytes().enumerate().fold(0xAAAA_AAAA, mixed) as i32
 }
 
 fn substring(text: &str, first: i64, last: i64) -> Name {

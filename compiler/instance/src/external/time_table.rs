@@ -44,6 +44,10 @@ fn same(a: f64, b: f64) -> bool {
     (a - b).abs() < SAME * a.abs().max(b.abs()).max(SAME)
 }
 
+fn with_jumps(smoothness: Smoothness) -> bool {
+    matches!(smoothness, Smoothness::Linear | Smoothness::Constant)
+}
+
 impl TimeTable {
     /// `fileName, tableName, table, rows, columns of it, startTime, columns, number of columns, smoothness, extrapolation, shiftTime,
     /// timeEvents, verbose, delimiter, header lines`
@@ -51,15 +55,22 @@ impl TimeTable {
         let rows = table_data::rows(arguments, (arguments.get(13), arguments.get(14)), files)?;
         let columns = table_data::columns(arguments.get(6))?;
         let smoothness = Smoothness::of(arguments.get(8))?;
-        let (t, outputs) = columns_of(&rows, &columns)?;
+        let (mut t, mut outputs) = columns_of(&rows, &columns)?;
+        let outside = table_data::outside(arguments.get(9))?;
+        if let (true, Outside::Hold, [first, .., last]) = (with_jumps(smoothness), outside, t.as_slice())
+            && same(*first, *last)
+        {
+            // One jump and nothing else: what stands before it is told by a row a second earlier.
+            t.insert(0, first - 1.0);
+            outputs.iter_mut().for_each(|values| values.insert(0, values[0]));
+        }
         let n = t.len();
         let smoothness = if n <= 2 && smoothness != Smoothness::Constant { Smoothness::Linear } else { smoothness };
-        let with_jumps = matches!(smoothness, Smoothness::Linear | Smoothness::Constant);
+        let with_jumps = with_jumps(smoothness);
         if let Some(k) = (1..n).find(|&k| t[k] < t[k - 1] || !with_jumps && t[k] == t[k - 1]) {
             let (row, kind) = (k + 1, if with_jumps { "not decrease" } else { "increase strictly" });
             return Err(format!("the first column of a table of time must {kind}; row {row} has {}", t[k]));
         }
-        let outside = table_data::outside(arguments.get(9))?;
         if n > 1 && same(t[0], t[n - 1]) {
             return Err("a table of time with several rows needs a time between its first and last one".to_string());
         }
@@ -145,7 +156,7 @@ mod tests {
             Value::array(vec![whole(2)]),
             whole(1),
             whole(smoothness),
-            whole(2),
+            whole(1),
             Value::Real(0.0),
             whole(events),
             Value::Boolean(false),
@@ -162,6 +173,14 @@ mod tests {
         assert_eq!(table(&JUMP, 1, 1).events, [0.0, 1.0, 2.0, 4.0]);
         assert_eq!(table(&JUMP, 1, 2).events, [0.0, 1.0, 4.0]);
         assert_eq!(table(&JUMP, 1, 3).events, [0.0, 4.0]);
+    }
+
+    #[test]
+    fn a_table_may_be_one_jump() {
+        let jump = table(&[[7.0, 0.0], [7.0, 1.0]], 3, 1);
+        assert_eq!(jump.events, [6.0, 7.0]);
+        assert_eq!(jump.stretches(1).unwrap().iter().map(|s| s.pieces.last).collect::<Vec<_>>(), [0.0]);
+        assert_eq!(jump.beyond(1).unwrap().map(|line| line.at(3.0)), [0.0, 1.0]);
     }
 
     #[test]

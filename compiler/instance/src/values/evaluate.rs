@@ -29,6 +29,15 @@ pub struct Env {
     pub calls: usize,
 }
 
+/// A reference to a part of a value.
+struct Part<'p> {
+    span: Span,
+    /// Arrays of components over which the value is spread.
+    spread: &'p [InstId],
+    scope: Scope,
+    env: &'p Env,
+}
+
 impl Env {
     fn get(&self, name: &str) -> Option<&Value> {
         self.names.iter().rev().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v)
@@ -264,28 +273,72 @@ impl Scopes<'_> {
         if self.override_of(last).is_some() {
             spread.clear();
         }
-        // Take the value apart dimension by dimension: arrays of components first, own sizes last.
+        // Arrays of components around the reference that it does not name: one value for all of their elements.
         let mut current = value;
-        for inst in spread {
-            let subscripts = steps.iter().find(|(i, _)| *i == inst).map(|(_, s)| *s);
-            current = match subscripts {
-                Some(subscripts) if !subscripts.is_empty() => self.subscript(span, current, subscripts, scope, env)?,
-                Some(_) => current,
-                None => match first_if_uniform(&current, self.instances[inst].dims.len()) {
-                    Some(same) => same,
-                    None => {
-                        let name = path(&self.instances, last);
-                        self.differing.insert(path(&self.instances, inst));
-                        return Err(self.not_structural(
-                            span,
-                            format!("`{name}` differs between the elements of an array of components"),
-                        ));
-                    }
-                },
+        for inst in spread.iter().copied().filter(|inst| !steps.iter().any(|(step, _)| step == inst)) {
+            current = match first_if_uniform(&current, self.instances[inst].dims.len()) {
+                Some(same) => same,
+                None => {
+                    let name = path(&self.instances, last);
+                    self.differing.insert(path(&self.instances, inst));
+                    let message = format!("`{name}` differs between the elements of an array of components");
+                    return Err(self.not_structural(span, message));
+                }
             };
         }
-        let own = steps[steps.len() - 1].1;
-        if own.is_empty() { Ok(current) } else { self.subscript(span, current, own, scope, env) }
+        let part = Part { span, spread: &spread, scope, env };
+        self.elements_of(&part, current, steps)
+    }
+
+    /// What a reference takes of a value, dimension by dimension: those of arrays of components first, its own last.  A value that is
+    /// the same for all elements of an array of components (`each`) stands there as often as the reference names elements.
+    fn elements_of(&mut self, part: &Part<'_>, value: Value, steps: &[(InstId, &[Expr])]) -> Result<Value, Reported> {
+        let Some((&(inst, subscripts), rest)) = steps.split_first() else { return Ok(value) };
+        if rest.is_empty() {
+            return self.subscript(part.span, value, subscripts, part.scope, part.env);
+        }
+        let sizes = self.instances[inst].dims.clone();
+        if subscripts.len() > sizes.len() {
+            return Err(self.no_meaning(part.span, "too many subscripts"));
+        }
+        self.elements_of_dimension(part, value, (inst, &sizes, subscripts), rest)
+    }
+
+    fn elements_of_dimension(
+        &mut self,
+        part: &Part<'_>,
+        value: Value,
+        (inst, sizes, subscripts): (InstId, &[usize], &[Expr]),
+        rest: &[(InstId, &[Expr])],
+    ) -> Result<Value, Reported> {
+        let Some((&size, sizes)) = sizes.split_first() else { return self.elements_of(part, value, rest) };
+        let (chosen, subscripts) = match subscripts.split_first() {
+            Some((first, others)) => (self.positions_of(first, size, part.scope, part.env)?, others),
+            None => (Value::array((1..=size as i64).map(Value::Integer).collect()), subscripts),
+        };
+        if !part.spread.contains(&inst) {
+            let places = vec![Value::Integer(0); size];
+            chosen.flatten().into_iter().try_for_each(|k| self.pick(part.span, &places, k).map(|_| ()))?;
+            let one = self.elements_of_dimension(part, value, (inst, sizes, subscripts), rest)?;
+            return Ok(match chosen {
+                Value::Array(all) => Value::array(vec![one; all.len()]),
+                _ => one,
+            });
+        }
+        let Value::Array(items) = value else { return Err(self.no_meaning(part.span, "too many subscripts")) };
+        match chosen {
+            Value::Array(all) => {
+                let element = |k: &Value| {
+                    let item = self.pick(part.span, &items, k)?;
+                    self.elements_of_dimension(part, item, (inst, sizes, subscripts), rest)
+                };
+                all.iter().map(element).collect::<Result<_, _>>().map(Value::array)
+            }
+            single => {
+                let item = self.pick(part.span, &items, &single)?;
+                self.elements_of_dimension(part, item, (inst, sizes, subscripts), rest)
+            }
+        }
     }
 
     fn subscript(

@@ -37,6 +37,11 @@ impl Scopes<'_> {
 
     /// What the external function of this name gives for these values; `None` where the name is not known.
     pub fn external_value(&mut self, span: Span, name: &str, arguments: &[Value]) -> Option<Result<Given, Reported>> {
+        if name == "ModelicaRandom_automaticGlobalSeed" {
+            let message =
+                format!("an automatic seed is always {}, so that runs can be repeated", external::AUTOMATIC_SEED);
+            self.table.report(Diagnostic::warning(Code::OutsideProfile, message).at(span, ""));
+        }
         let table = &mut self.table;
         let given = external::call(name, arguments, &mut |file| table.data_file(file))?;
         Some(given.map_err(|sentence| self.error(Code::Value, span, sentence)))
@@ -54,7 +59,8 @@ impl Scopes<'_> {
     ) -> Result<Option<Vec<(ComponentRef, Value)>>, Reported> {
         if external::is_effect_only(&call.name.name) {
             self.no_effect(span, &call.name.name);
-            return Ok(Some(Vec::new()));
+            let went_well = call.output.iter().map(|target| (target.clone(), Value::Boolean(true)));
+            return Ok(Some(went_well.collect()));
         }
         let Some(given) = self.external_value(span, &call.name.name, arguments) else { return Ok(None) };
         let Given { value, set } = given?;

@@ -1,38 +1,24 @@
-//! Functions of the user computed at translation: their algorithms run over values.
+//! Statements run over values at translation (Modelica 3.6, chapter 11): those of functions and of initial algorithms.
 //!
-//! A call with known arguments in a size, a condition, an attribute or a constant is computed here (Modelica 3.6, chapter 12).
 //! The run is bounded in work (`work`) and in depth of calls, so that a mistake ends in a message.
 
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{
-    Arguments, ClassBody, ClassKind, Component, ComponentRef, Direction, Expr, ExprKind, Name, Statement, StatementKind,
-};
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Name, Statement, StatementKind};
 
-use crate::instantiation::instance::{InstId, Scope};
-use crate::instantiation::lookup::Resolved;
+use crate::instantiation::instance::Scope;
 use crate::instantiation::scopes::Scopes;
-use crate::instantiation::work::{ELEMENT, STATEMENT, volume};
+use crate::instantiation::work::STATEMENT;
 use crate::values::evaluate::Env;
-use crate::values::external_call::{is_set_by_call, value_so_far};
-use crate::values::function_components::{FunctionComponent, in_order_of_values};
 use crate::values::value::{Value, widen};
 
 /// Deepest nesting of calls at translation.
 pub(crate) const MAX_CALLS: usize = 128;
 
-/// Arguments of a call and where they are evaluated.
-struct Given<'a> {
-    positional: &'a [Expr],
-    named: &'a [(hyd_syntax::tree::Ident, Expr)],
-    scope: Scope,
-    env: &'a Env,
-}
-
 /// How a list of statements ended.
 #[derive(PartialEq, Eq)]
-enum Flow {
+pub(crate) enum Flow {
     Next,
     Break,
     Return,
@@ -45,200 +31,12 @@ struct Part {
 }
 
 impl Scopes<'_> {
-    /// The outputs of a call of a user's function; `None` if the name is not a function that has an algorithm.
-    pub(crate) fn call_function(
+    pub(crate) fn run_statements(
         &mut self,
-        span: Span,
-        function: &ComponentRef,
-        positional: &[Expr],
-        named: &[(hyd_syntax::tree::Ident, Expr)],
+        statements: &[Statement],
         scope: Scope,
-        env: &Env,
-    ) -> Result<Option<Vec<Value>>, Reported> {
-        let Resolved::Class(local) = self.resolve(scope, function)? else { return Ok(None) };
-        let local = self.constructor_of_object(&local)?.unwrap_or(local);
-        let mut def = self.table.class(local.class).def.clone();
-        let mut local = local;
-        if def.kind == ClassKind::Record
-            && let Some(constructor) = self.constructor_for(&local, positional, named)?
-        {
-            def = self.table.class(constructor.class).def.clone();
-            local = constructor;
-        }
-        if def.kind == ClassKind::Record {
-            let record = self.constructed_value(&local, span, (positional, named), (scope, env), None)?;
-            return Ok(Some(vec![record]));
-        }
-        if def.kind != ClassKind::Function {
-            return Ok(None);
-        }
-        if env.calls >= MAX_CALLS {
-            return Err(self.too_deep(span));
-        }
-        let shape = self.table.shape(local.class)?;
-        let inst = self.package_of(&local)?;
-        let components = in_order_of_values(self.function_components(inst, &shape)?);
-        let mut inner = Env { calls: env.calls + 1, ..Env::default() };
-        let given = Given { positional, named, scope, env };
-        self.set_components(span, &components, inst, &given, &mut inner)?;
-        let components: Vec<(u32, Component)> = components.into_iter().map(|own| (own.frame, own.component)).collect();
-        for (frame, part) in shape.frames.iter().enumerate() {
-            let owner = self.table.class(part.class).def.clone();
-            let ClassBody::Long { algorithms, external, .. } = &owner.body else { continue };
-            if let Some(external) = external {
-                if self.is_column_reader(external) {
-                    return self.column_outputs(span, &components, &inner.names).map(Some);
-                }
-                let own = Scope { inst, frame: frame as u32 };
-                let Some(call) = &external.call else { return Ok(None) };
-                let mut arguments = Vec::with_capacity(call.arguments.len());
-                for argument in &call.arguments {
-                    // What the function sets has the value of its declaration, if any.
-                    let set = is_set_by_call(argument, &components).map(|name| value_so_far(&inner, name));
-                    arguments.push(match set {
-                        Some(value) => value.unwrap_or(Value::Integer(0)),
-                        None => self.evaluate(argument, own, &inner)?,
-                    });
-                }
-                let Some(set) = self.call_external(span, call, &components, own, &arguments)? else { return Ok(None) };
-                for (target, value) in set {
-                    self.set_local(&target, value, own, &mut inner)?;
-                }
-            }
-            for section in algorithms {
-                let own = Scope { inst, frame: frame as u32 };
-                if self.run_statements(&section.statements, own, &mut inner)? == Flow::Return {
-                    break;
-                }
-            }
-        }
-        self.outputs_of(span, &def.name.name, &components, &inner).map(Some)
-    }
-
-    pub(crate) fn too_deep(&mut self, span: Span) -> Reported {
-        let message = format!("functions call each other deeper than {MAX_CALLS} levels at translation");
-        self.error(Code::Limit, span, message)
-    }
-
-    /// Gives inputs what the call says or their defaults, and the others their defaults.
-    fn set_components(
-        &mut self,
-        span: Span,
-        components: &[FunctionComponent],
-        inst: InstId,
-        given: &Given<'_>,
-        inner: &mut Env,
-    ) -> Result<(), Reported> {
-        let mut position = 0;
-        for FunctionComponent { frame, component, value_scope } in components {
-            let own = Scope { inst, frame: *frame };
-            let name = component.name.name.clone();
-            let is_input = component.direction == Some(Direction::Input);
-            let argument = if is_input {
-                position += 1;
-                let by_name = || given.named.iter().find(|(n, _)| n.name == name).map(|(_, e)| e);
-                given.positional.get(position - 1).or_else(by_name)
-            } else {
-                None
-            };
-            let value = match (argument, &component.modification.binding) {
-                (Some(expr), _) => self.evaluate(expr, given.scope, given.env)?,
-                (None, Some(default)) => match *value_scope {
-                    Some(around) => self.evaluate(default, around, &Env::default())?,
-                    None => self.evaluate(default, own, inner)?,
-                },
-                (None, None) if is_input => {
-                    let message = format!("the input `{name}` has no value");
-                    return Err(self.error(Code::BadArguments, span, message));
-                }
-                (None, None) => match self.unset(component, own, inner)? {
-                    Some(value) => value,
-                    None => continue,
-                },
-            };
-            inner.names.push((name, fitted(component, value)));
-        }
-        Ok(())
-    }
-
-    /// Values of the outputs after a call.
-    fn outputs_of(
-        &mut self,
-        span: Span,
-        function: &str,
-        components: &[(u32, Component)],
-        inner: &Env,
-    ) -> Result<Vec<Value>, Reported> {
-        let mut outputs = Vec::new();
-        for (_, output) in components.iter().filter(|(_, c)| c.direction == Some(Direction::Output)) {
-            let Some((_, value)) = inner.names.iter().find(|(n, _)| *n == output.name.name) else {
-                let message = format!("`{function}` does not set its output `{}`", output.name.name);
-                return Err(self.error(Code::BadArguments, span, message));
-            };
-            outputs.push(fitted(output, value.clone()));
-        }
-        Ok(outputs)
-    }
-
-    /// An array before its elements are set, or a record; nothing for a scalar, which must be set before it is read.
-    pub(crate) fn unset(&mut self, component: &Component, scope: Scope, env: &Env) -> Result<Option<Value>, Reported> {
-        if let Some(record) = self.unset_record(component, scope, env)? {
-            return Ok(Some(record));
-        }
-        let span = match (component.dims.first(), component.dims.last()) {
-            (Some(first), Some(last)) => first.span.to(last.span),
-            _ => component.name.span,
-        };
-        let zero = match component.class.parts[0].name.as_ref() {
-            "Integer" => Value::Integer(0),
-            "Boolean" => Value::Boolean(false),
-            "String" => Value::Text("".into()),
-            _ => Value::Real(0.0),
-        };
-        if component.dims.iter().any(|dim| matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon)) {
-            return Ok(None);
-        }
-        let sizes = self.local_sizes(component, scope, env)?;
-        if sizes.is_empty() {
-            return Ok(None);
-        }
-        let count = volume(&sizes).unwrap_or(0);
-        self.spend(ELEMENT * count as u64, span)?;
-        let value = sizes.iter().rev().fold(zero, |value, &size| Value::array(vec![value; size]));
-        Ok(Some(value))
-    }
-
-    /// The sizes of a variable of a function.
-    pub(crate) fn local_sizes(
-        &mut self,
-        component: &Component,
-        scope: Scope,
-        env: &Env,
-    ) -> Result<Vec<usize>, Reported> {
-        let mut sizes = Vec::with_capacity(component.dims.len());
-        for dim in &component.dims {
-            let size = match self.evaluate(dim, scope, env)? {
-                Value::Integer(k) => usize::try_from(k).ok(),
-                // An enumeration or Boolean as a size: one element per value.
-                Value::Array(items)
-                    if items.iter().all(|v| matches!(v, Value::Enumeration(..) | Value::Boolean(_))) =>
-                {
-                    Some(items.len())
-                }
-                _ => None,
-            };
-            sizes.extend(size);
-        }
-        if sizes.len() != component.dims.len() || volume(&sizes).is_none() {
-            let span = component.dims.first().map_or(component.name.span, |dim| dim.span);
-            let message = format!("the size of `{}` is not an integer in range", component.name.name);
-            return Err(self.error(Code::ArrayShape, span, message));
-        }
-        sizes.extend(self.sizes_of_type(component, scope)?);
-        Ok(sizes)
-    }
-
-    fn run_statements(&mut self, statements: &[Statement], scope: Scope, env: &mut Env) -> Result<Flow, Reported> {
+        env: &mut Env,
+    ) -> Result<Flow, Reported> {
         for statement in statements {
             self.spend(STATEMENT, statement.span)?;
             let flow = self.run_statement(statement, scope, env)?;
@@ -510,12 +308,6 @@ impl Scopes<'_> {
             (single, value) => place(self, single, value),
         }
     }
-}
-
-/// A value as the declaration's type holds it: integers become Real where it says so.
-fn fitted(component: &Component, value: Value) -> Value {
-    let class = component.class.parts[component.class.parts.len() - 1].name.as_ref();
-    if class == "Real" { widen(value) } else { value }
 }
 
 /// A value in the place of another one: integers become Real where that was Real.

@@ -83,7 +83,8 @@ impl Scopes<'_> {
             return Err(Reported);
         }
         if self.guessed.is_none() && self.is_free(inst) {
-            return Err(self.found_at_start(inst, span));
+            let value = self.value_by_initial_algorithm(inst);
+            return value.ok_or_else(|| self.found_at_start(inst, span));
         }
         let instance = &self.instances[inst];
         let Some(primitive) = &instance.primitive else { return Err(Reported) };

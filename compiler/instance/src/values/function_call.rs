@@ -1,0 +1,309 @@
+//! Calls of the user's functions at translation.
+//!
+//! A call with known arguments in a size, a condition, an attribute or a constant is computed here (Modelica 3.6, chapter 12): arguments, one
+//! call for each element where they are arrays of what the inputs are (12.4.6), variables of the function, outputs.  Its statements
+//! run in `interpret`.
+
+use hyd_source::{Code, Reported, Span};
+use hyd_syntax::tree::{ClassBody, ClassKind, Component, ComponentRef, Direction, Expr};
+
+use crate::classes::shape::is_builtin;
+use crate::instantiation::instance::{InstId, LocalClass, Scope};
+use crate::instantiation::lookup::Resolved;
+use crate::instantiation::scopes::Scopes;
+use crate::instantiation::work::{ELEMENT, volume};
+use crate::values::evaluate::Env;
+use crate::values::external_call::{is_set_by_call, value_so_far};
+use crate::values::function_components::{FunctionComponent, in_order_of_values};
+use crate::values::interpret::{Flow, MAX_CALLS};
+use crate::values::value::{Value, widen};
+
+/// A function that is called.
+struct Called<'a> {
+    span: Span,
+    local: &'a LocalClass,
+    inst: InstId,
+    /// Its variables in the order of their values.
+    components: &'a [FunctionComponent],
+    /// Its outputs in the order of their declarations.
+    outputs: &'a [Component],
+    /// Depth of calls inside it.
+    calls: usize,
+}
+
+impl Scopes<'_> {
+    /// The outputs of a call of a user's function; `None` if the name is not a function that has an algorithm.
+    pub(crate) fn call_function(
+        &mut self,
+        span: Span,
+        function: &ComponentRef,
+        positional: &[Expr],
+        named: &[(hyd_syntax::tree::Ident, Expr)],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Option<Vec<Value>>, Reported> {
+        let Resolved::Class(local) = self.resolve(scope, function)? else { return Ok(None) };
+        let local = self.constructor_of_object(&local)?.unwrap_or(local);
+        let mut def = self.table.class(local.class).def.clone();
+        let mut local = local;
+        if def.kind == ClassKind::Record
+            && let Some(constructor) = self.constructor_for(&local, positional, named)?
+        {
+            def = self.table.class(constructor.class).def.clone();
+            local = constructor;
+        }
+        if def.kind == ClassKind::Record {
+            let record = self.constructed_value(&local, span, (positional, named), (scope, env), None)?;
+            return Ok(Some(vec![record]));
+        }
+        if def.kind != ClassKind::Function {
+            return Ok(None);
+        }
+        if env.calls >= MAX_CALLS {
+            return Err(self.too_deep(span));
+        }
+        let shape = self.table.shape(local.class)?;
+        let inst = self.package_of(&local)?;
+        let declared = self.function_components(inst, &shape)?;
+        let outputs = declared.iter().map(|own| &own.component);
+        let outputs: Vec<Component> = outputs.filter(|c| c.direction == Some(Direction::Output)).cloned().collect();
+        let components = in_order_of_values(declared);
+        let mut given = Vec::with_capacity(components.len());
+        let mut position = 0;
+        for FunctionComponent { component, .. } in &components {
+            let mut argument = None;
+            if component.direction == Some(Direction::Input) {
+                let by_name = || named.iter().find(|(n, _)| n.name == component.name.name).map(|(_, e)| e);
+                argument = positional.get(position).or_else(by_name);
+                position += 1;
+            }
+            given.push(argument.map(|expr| self.evaluate(expr, scope, env)).transpose()?);
+        }
+        let called =
+            Called { span, local: &local, inst, components: &components, outputs: &outputs, calls: env.calls + 1 };
+        self.call_for_elements(&called, given)
+    }
+
+    /// A call whose arguments may have more dimensions than the inputs: it is made for each of their elements (Modelica 3.6, section 12.4.6).
+    fn call_for_elements(
+        &mut self,
+        called: &Called<'_>,
+        given: Vec<Option<Value>>,
+    ) -> Result<Option<Vec<Value>>, Reported> {
+        let mut outer = Vec::with_capacity(given.len());
+        for (FunctionComponent { frame, component, .. }, value) in called.components.iter().zip(&given) {
+            let more = value.as_ref().map_or(0, |value| value.shape().len()).saturating_sub(component.dims.len());
+            let own = if more > 0 { self.rank_of_type(called.inst, *frame, component) } else { 0 };
+            outer.push(more.saturating_sub(own) > 0);
+        }
+        let length = |value: &Option<Value>| match value {
+            Some(Value::Array(items)) => items.len(),
+            _ => 0,
+        };
+        let lengths: Vec<usize> =
+            given.iter().zip(&outer).filter(|(_, outer)| **outer).map(|(value, _)| length(value)).collect();
+        let Some(&count) = lengths.first() else { return self.call_with_values(called, given) };
+        if lengths.iter().any(|&length| length != count) {
+            let message = "the arguments that the function is called for element by element differ in size";
+            return Err(self.error(Code::ArrayShape, called.span, message));
+        }
+        let mut outputs: Vec<Vec<Value>> = Vec::new();
+        for k in 0..count {
+            let of_element = given.iter().zip(&outer).map(|(value, outer)| match value {
+                Some(Value::Array(items)) if *outer => Some(items[k].clone()),
+                other => other.clone(),
+            });
+            let Some(values) = self.call_for_elements(called, of_element.collect())? else { return Ok(None) };
+            outputs.resize_with(values.len(), Vec::new);
+            outputs.iter_mut().zip(values).for_each(|(all, value)| all.push(value));
+        }
+        if count == 0 {
+            outputs.resize_with(called.outputs.len(), Vec::new);
+        }
+        Ok(Some(outputs.into_iter().map(Value::array).collect()))
+    }
+
+    /// Dimensions that the type of a variable of a function has by itself.
+    fn rank_of_type(&mut self, inst: InstId, frame: u32, component: &Component) -> usize {
+        if matches!(component.class.parts.as_slice(), [only] if is_builtin(&only.name)) {
+            return 0;
+        }
+        let Ok(local) = self.find_class(Scope { inst, frame }, &component.class) else { return 0 };
+        let Ok(shape) = self.table.shape(local.class) else { return 0 };
+        let of_frame = |frame: u32| match &shape.def(&self.table, frame).body {
+            ClassBody::Short { dims, .. } => dims.len(),
+            _ => 0,
+        };
+        (0..shape.frames.len() as u32).map(of_frame).sum()
+    }
+
+    /// A call with the values of the arguments, one for each variable of the function, `None` where none is given.
+    fn call_with_values(
+        &mut self,
+        called: &Called<'_>,
+        given: Vec<Option<Value>>,
+    ) -> Result<Option<Vec<Value>>, Reported> {
+        let Called { span, local, inst, components, outputs, calls } = *called;
+        let def = self.table.class(local.class).def.clone();
+        let shape = self.table.shape(local.class)?;
+        let mut inner = Env { calls, ..Env::default() };
+        self.set_components(called, given, &mut inner)?;
+        let components: Vec<(u32, Component)> =
+            components.iter().map(|own| (own.frame, own.component.clone())).collect();
+        for (frame, part) in shape.frames.iter().enumerate() {
+            let owner = self.table.class(part.class).def.clone();
+            let ClassBody::Long { algorithms, external, .. } = &owner.body else { continue };
+            if let Some(external) = external {
+                if self.is_column_reader(external) {
+                    return self.column_outputs(span, &components, &inner.names).map(Some);
+                }
+                let own = Scope { inst, frame: frame as u32 };
+                let written = self.written_call(external, components.iter().map(|(_, component)| component));
+                if let Some(statement) = written {
+                    self.run_statements(std::slice::from_ref(&statement), own, &mut inner)?;
+                    continue;
+                }
+                let Some(call) = &external.call else { return Ok(None) };
+                let mut arguments = Vec::with_capacity(call.arguments.len());
+                for argument in &call.arguments {
+                    // What the function sets has the value of its declaration, if any.
+                    let set = is_set_by_call(argument, &components).map(|name| value_so_far(&inner, name));
+                    arguments.push(match set {
+                        Some(value) => value.unwrap_or(Value::Integer(0)),
+                        None => self.evaluate(argument, own, &inner)?,
+                    });
+                }
+                let Some(set) = self.call_external(span, call, &components, own, &arguments)? else { return Ok(None) };
+                for (target, value) in set {
+                    self.set_local(&target, value, own, &mut inner)?;
+                }
+            }
+            for section in algorithms {
+                let own = Scope { inst, frame: frame as u32 };
+                if self.run_statements(&section.statements, own, &mut inner)? == Flow::Return {
+                    break;
+                }
+            }
+        }
+        self.outputs_of(span, &def.name.name, outputs, &inner).map(Some)
+    }
+
+    pub(crate) fn too_deep(&mut self, span: Span) -> Reported {
+        let message = format!("functions call each other deeper than {MAX_CALLS} levels at translation");
+        self.error(Code::Limit, span, message)
+    }
+
+    /// Gives inputs what the call says or their defaults, and the others their defaults.
+    fn set_components(
+        &mut self,
+        called: &Called<'_>,
+        given: Vec<Option<Value>>,
+        inner: &mut Env,
+    ) -> Result<(), Reported> {
+        for (FunctionComponent { frame, component, value_scope }, given) in called.components.iter().zip(given) {
+            let own = Scope { inst: called.inst, frame: *frame };
+            let name = component.name.name.clone();
+            let is_input = component.direction == Some(Direction::Input);
+            let value = match (given, &component.modification.binding) {
+                (Some(value), _) => value,
+                (None, Some(default)) => match *value_scope {
+                    Some(around) => self.evaluate(default, around, &Env::default())?,
+                    None => self.evaluate(default, own, inner)?,
+                },
+                (None, None) if is_input => {
+                    let message = format!("the input `{name}` has no value");
+                    return Err(self.error(Code::BadArguments, called.span, message));
+                }
+                (None, None) => match self.unset(component, own, inner)? {
+                    Some(value) => value,
+                    None => continue,
+                },
+            };
+            inner.names.push((name, fitted(component, value)));
+        }
+        Ok(())
+    }
+
+    /// Values of the outputs after a call.
+    fn outputs_of(
+        &mut self,
+        span: Span,
+        function: &str,
+        declared: &[Component],
+        inner: &Env,
+    ) -> Result<Vec<Value>, Reported> {
+        let mut outputs = Vec::with_capacity(declared.len());
+        for output in declared {
+            let Some((_, value)) = inner.names.iter().find(|(n, _)| *n == output.name.name) else {
+                let message = format!("`{function}` does not set its output `{}`", output.name.name);
+                return Err(self.error(Code::BadArguments, span, message));
+            };
+            outputs.push(fitted(output, value.clone()));
+        }
+        Ok(outputs)
+    }
+
+    /// An array before its elements are set, or a record; nothing for a scalar, which must be set before it is read.
+    pub(crate) fn unset(&mut self, component: &Component, scope: Scope, env: &Env) -> Result<Option<Value>, Reported> {
+        if let Some(record) = self.unset_record(component, scope, env)? {
+            return Ok(Some(record));
+        }
+        let span = match (component.dims.first(), component.dims.last()) {
+            (Some(first), Some(last)) => first.span.to(last.span),
+            _ => component.name.span,
+        };
+        let zero = match component.class.parts[0].name.as_ref() {
+            "Integer" => Value::Integer(0),
+            "Boolean" => Value::Boolean(false),
+            "String" => Value::Text("".into()),
+            _ => Value::Real(0.0),
+        };
+        if component.dims.iter().any(|dim| matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon)) {
+            return Ok(None);
+        }
+        let sizes = self.local_sizes(component, scope, env)?;
+        if sizes.is_empty() {
+            return Ok(None);
+        }
+        let count = volume(&sizes).unwrap_or(0);
+        self.spend(ELEMENT * count as u64, span)?;
+        let value = sizes.iter().rev().fold(zero, |value, &size| Value::array(vec![value; size]));
+        Ok(Some(value))
+    }
+
+    /// The sizes of a variable of a function.
+    pub(crate) fn local_sizes(
+        &mut self,
+        component: &Component,
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Vec<usize>, Reported> {
+        let mut sizes = Vec::with_capacity(component.dims.len());
+        for dim in &component.dims {
+            let size = match self.evaluate(dim, scope, env)? {
+                Value::Integer(k) => usize::try_from(k).ok(),
+                // An enumeration or Boolean as a size: one element per value.
+                Value::Array(items)
+                    if items.iter().all(|v| matches!(v, Value::Enumeration(..) | Value::Boolean(_))) =>
+                {
+                    Some(items.len())
+                }
+                _ => None,
+            };
+            sizes.extend(size);
+        }
+        if sizes.len() != component.dims.len() || volume(&sizes).is_none() {
+            let span = component.dims.first().map_or(component.name.span, |dim| dim.span);
+            let message = format!("the size of `{}` is not an integer in range", component.name.name);
+            return Err(self.error(Code::ArrayShape, span, message));
+        }
+        sizes.extend(self.sizes_of_type(component, scope)?);
+        Ok(sizes)
+    }
+}
+
+/// A value as the declaration's type holds it: integers become Real where it says so.
+fn fitted(component: &Component, value: Value) -> Value {
+    let class = component.class.parts[component.class.parts.len() - 1].name.as_ref();
+    if class == "Real" { widen(value) } else { value }
+}
