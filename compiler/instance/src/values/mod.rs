@@ -7,7 +7,6 @@ pub(crate) mod expression_shape;
 mod external_call;
 mod function_call;
 pub(crate) mod function_components;
-mod initial_algorithm;
 pub(crate) mod interpret;
 mod of_instances;
 mod overloads;

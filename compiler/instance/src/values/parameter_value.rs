@@ -1,12 +1,20 @@
 //! Values of parameters and constants at translation, each computed once, when it is asked for.
 //!
 //! Circles of parameters end in a message that shows the way round (Modelica 3.6, section 4.4.4).
+//!
+//! A parameter with `fixed = false` is found at the start (section 8.6).  Where it decides a size or a subscript and an initial algorithm of
+//! its component computes it from parameters and constants alone, as the place of a name in a list of names, the algorithm is
+//! run here; it stays in the model and gives the same value at the start.
+
+use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{BinaryOp, ExprKind, Variability};
+use hyd_syntax::tree::{
+    AlgorithmSection, BinaryOp, ClassBody, Expr, ExprKind, Name, Statement, StatementKind, Variability,
+};
 
 use crate::classes::modifier::Applied;
-use crate::instantiation::instance::{InstId, ScalarType, path};
+use crate::instantiation::instance::{InstId, ScalarType, Scope, path};
 use crate::instantiation::scopes::{Known, Scopes};
 use crate::values::evaluate::Env;
 use crate::values::override_value::read_value;
@@ -140,6 +148,34 @@ impl Scopes<'_> {
         Ok(if real { widen(value) } else { value })
     }
 
+    /// The value of a parameter that an initial algorithm sets, if that can be said before the run; nothing is reported.
+    fn value_by_initial_algorithm(&mut self, inst: InstId) -> Option<Value> {
+        let instance = &self.instances[inst];
+        let (parent, name) = (instance.parent?, instance.name.clone());
+        if !instance.dims.is_empty() {
+            return None;
+        }
+        let class = self.instances[parent].class?;
+        let shape = self.table.shape(class).ok()?;
+        for frame in 0..shape.frames.len() as u32 {
+            let def = shape.def(&self.table, frame).clone();
+            let ClassBody::Long { algorithms, .. } = &def.body else { continue };
+            let Some(section) = algorithms.iter().find(|section| section.initial && sets(&section.statements, &name))
+            else {
+                continue;
+            };
+            return self.run_quietly(section, Scope { inst: parent, frame }, &name);
+        }
+        None
+    }
+
+    fn run_quietly(&mut self, section: &AlgorithmSection, scope: Scope, name: &Name) -> Option<Value> {
+        let mut env = Env::default();
+        let run = self.quietly(|scopes| scopes.run_statements(&section.statements, scope, &mut env));
+        run.ok()?;
+        env.names.into_iter().rev().find(|(known, _)| known == name).map(|(_, value)| value)
+    }
+
     /// The value a modification gives, in its own scope.
     pub fn evaluate_applied(&mut self, applied: &Applied) -> Result<Value, Reported> {
         match &applied.tree.binding {
@@ -147,6 +183,25 @@ impl Scopes<'_> {
             Some(expr) => self.evaluate(&expr.clone(), applied.scope, &Env::default()),
             None => Err(Reported),
         }
+    }
+
+    /// Of the value that a modification gives to all elements: what it is for the parts in `spread`.  A value without the sizes of
+    /// the array is left as it is.
+    fn value_for_parts(&mut self, expr: &Arc<Expr>, applied: &Applied) -> Result<Value, Reported> {
+        // Computed once for all of them, if it is not only a guess.
+        let place = (Arc::as_ptr(expr) as usize, applied.scope);
+        let known = self.values_for_parts.get(&place).filter(|_| self.guessed.is_none());
+        let value = match known {
+            Some((_, value)) => value.clone(),
+            None => self.evaluate(expr, applied.scope, &Env::default())?,
+        };
+        if self.guessed.is_none() {
+            self.values_for_parts.insert(place, (expr.clone(), value.clone()));
+        }
+        if value.shape().is_empty() {
+            return Ok(value);
+        }
+        self.taken_apart(value, &applied.spread, expr.span)
     }
 
     /// The value a modification gives with the parameters as they are at translation, which it does not fix: good for what is
@@ -175,4 +230,16 @@ impl Scopes<'_> {
         let Ok(value) = self.evaluate_applied(&applied) else { return false };
         value.flatten().iter().any(|value| matches!(value, Value::Boolean(false)))
     }
+}
+
+/// Whether a variable is set as a whole somewhere in these statements.
+fn sets(statements: &[Statement], name: &Name) -> bool {
+    statements.iter().any(|statement| match &statement.kind {
+        StatementKind::Assign(target, _) => {
+            matches!(target.parts.as_slice(), [only] if only.name.name == *name && only.subscripts.is_empty())
+        }
+        StatementKind::If(branches) => branches.iter().any(|(_, body)| sets(body, name)),
+        StatementKind::For(_, body) | StatementKind::While(_, body) => sets(body, name),
+        _ => false,
+    })
 }

@@ -4,40 +4,17 @@
 //! conditions or equations may have another value in each element (Modelica 3.6, section 7.2.5).  Such an array is noted in
 //! [`Scopes::differing`] when the value is asked for; the model is then instantiated anew with the array made *in parts*: the
 //! array itself is only a name with sizes, its elements `c[1]`, `c[2]`, ... are components of their own.  References take the part
-//! that their subscripts name (`part_text`), values of modifications are taken apart by [`Scopes::evaluate_applied`].
-
-use std::sync::Arc;
+//! that their subscripts name (`part_text`), values of modifications are taken apart by [`Scopes::taken_apart`].
 
 use hyd_source::{Code, Reported, Span};
-use hyd_syntax::tree::Expr;
 
-use crate::classes::modifier::Applied;
 use crate::instantiation::instance::{InstId, chain};
 use crate::instantiation::scopes::Scopes;
-use crate::values::evaluate::Env;
 use crate::values::value::{Value, first_if_uniform};
 
 impl Scopes<'_> {
-    /// Of the value that a modification gives to all elements: what it is for the parts in `spread`.  A value without the sizes of
-    /// the array is left as it is.
-    pub(crate) fn value_for_parts(&mut self, expr: &Arc<Expr>, applied: &Applied) -> Result<Value, Reported> {
-        // Computed once for all of them, if it is not only a guess.
-        let place = (Arc::as_ptr(expr) as usize, applied.scope);
-        let known = self.values_for_parts.get(&place).filter(|_| self.guessed.is_none());
-        let value = match known {
-            Some((_, value)) => value.clone(),
-            None => self.evaluate(expr, applied.scope, &Env::default())?,
-        };
-        if self.guessed.is_none() {
-            self.values_for_parts.insert(place, (expr.clone(), value.clone()));
-        }
-        if value.shape().is_empty() {
-            return Ok(value);
-        }
-        self.taken_apart(value, &applied.spread, expr.span)
-    }
-
-    fn taken_apart(&mut self, value: Value, spread: &[InstId], span: Span) -> Result<Value, Reported> {
+    /// A value for all elements of the arrays in `spread`: what it is for the parts among them.
+    pub(crate) fn taken_apart(&mut self, value: Value, spread: &[InstId], span: Span) -> Result<Value, Reported> {
         let Some((&first, rest)) = spread.split_first() else { return Ok(value) };
         match self.instances[first].part_of.clone() {
             Some((array, at)) => {
