@@ -60,6 +60,7 @@ pub(crate) fn settle(
     let mut phase = first;
     let mut before = Vec::new();
     let mut cycle = Cycle::default();
+    let mut by_rounding = false;
     for pass in 0..MOST_PASSES {
         if pass + 1 == MOST_PASSES {
             before.resize(problem.system.structure().roots, false);
@@ -78,7 +79,7 @@ pub(crate) fn settle(
         }
         outcome.terminated = change.terminated.or(outcome.terminated);
         if !change.changed && !change.reinitialised {
-            if phase == EventPhase::Repeat {
+            if phase == EventPhase::Repeat && !by_rounding {
                 phase = EventPhase::Iterate;
                 continue;
             }
@@ -101,11 +102,11 @@ pub(crate) fn settle(
         if let Some(sensitivity) = sensitivity.as_deref_mut() {
             sensitivity.consistent(problem, (Stage::Event, t), y, yp)?;
         }
-        // What changes is the truth of relations whose sides are equal but for rounding.
-        if let Some(before) = before_pass
-            && !change.reinitialised
-            && before.differs_by_rounding(problem, weights, (t, span), (y, yp))
-        {
+        // What changes is the truth of relations whose sides are equal but for rounding; `reinit` and `terminate` may wait for a
+        // repetition, which lets relations be.
+        by_rounding = !change.reinitialised
+            && before_pass.is_some_and(|before| before.differs_by_rounding(problem, weights, (t, span), (y, yp)));
+        if by_rounding && !change.unsettled {
             return Ok(outcome);
         }
         cycle.note(problem, (pass, MOST_PASSES), (t, &*y, &*yp));

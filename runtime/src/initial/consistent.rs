@@ -187,16 +187,20 @@ impl Consistency {
     ) -> Result<(), Inconsistent> {
         self.have_matrix = false;
         self.load(time_scale, weights, y, yp);
-        let first = self.newton.x.clone();
         let mut view = View { core: &mut self.core, problem, t, switching };
         let mut found = self.newton.solve(&mut view, TOLERANCE);
         if let Err(NewtonFailure::NoConvergence { .. }) = found
             && !switching
         {
             let failed = self.newton.clone();
-            match lead_back(&mut self.newton, &mut view, &first, TOLERANCE) {
-                true => found = Ok(()),
-                false => self.newton = failed,
+            self.load(time_scale, weights, y, yp);
+            let first = self.newton.x.clone();
+            let mut view = View { core: &mut self.core, problem, t, switching };
+            if lead_back(&mut self.newton, &mut view, &first, TOLERANCE) {
+                found = Ok(());
+            } else {
+                self.core.scatter(&failed.x);
+                self.newton = failed;
             }
         }
         match found {

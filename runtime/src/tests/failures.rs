@@ -89,11 +89,21 @@ fn chattering_is_reported_with_its_relation() {
 
 #[test]
 fn an_endless_event_iteration_is_reported() {
-    let error = fails(Loop { flip: false, late: false }, 2.0);
+    let error = fails(Loop { size: 1.0, flip: false, late: false }, 2.0);
     let SolveError::EventLoop { time, relations, .. } = &error else { panic!("{error}") };
     assert!((time - 1.0).abs() < 1e-9);
     let texts: Vec<&str> = relations.iter().map(|r| r.text.as_ref()).collect();
     assert_eq!(texts, ["not flip"]);
+}
+
+#[test]
+fn passes_that_switch_nothing_but_rounding_have_settled() {
+    let mut system = Hand::new(Loop { size: 1e-15, flip: false, late: false });
+    let summary = simulate(&mut system, &Options::new(0.0, 2.0), &mut Discard, &|| false).unwrap();
+    assert_eq!(summary.time, 2.0);
+    // What is compared is larger than rounding.
+    let error = fails(Loop { size: 1e-6, flip: false, late: false }, 2.0);
+    assert!(matches!(&error, SolveError::EventLoop { .. }), "{error}");
 }
 
 #[test]

@@ -7,5 +7,5 @@ algorithm
     k := pre(k) + 1;
     a[k] := time;
   end when;
-  // run error: a subscript is outside 1..2
+  // run error: the subscript `k` is outside 1..2
 end Run;

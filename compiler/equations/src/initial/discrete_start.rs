@@ -3,7 +3,7 @@
 //! Discrete variables start at their start values, unless there are more initial conditions than continuous unknowns: then those
 //! that are not fixed are unknowns too (Modelica 3.6, section 8.6: `pre(v)` of a variable that is not fixed is an unknown of
 //! the initial system).  Such a variable keeps its value until a `when` sets it, so at the start it and its `pre` are one value.
-//! An integer or a Boolean is no unknown of an iteration: it is one only where an initial equation says what it is.
+//! An integer or a Boolean cannot be iterated on: it is an unknown only where an initial equation says what it is.
 
 use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::IndexVec;

@@ -224,7 +224,7 @@ impl Flattener<'_, '_> {
         let index = self.lower(&subscript, cx, &[])?;
         self.want_number(subscript.span, "a subscript", &index)?;
         let values = self.values_of(target.span, value)?;
-        let checked = self.checked_subscript(index.node, size);
+        let checked = self.checked_subscript(index.node, size, (target.span, subscript.span));
         for k in 1..=size {
             let mut element = variable.clone();
             let literal = Kind::Integer(k as i64);
@@ -253,17 +253,20 @@ impl Flattener<'_, '_> {
         Ok(())
     }
 
-    /// A subscript of the run, which must be one of `1:size` where it is computed.
-    fn checked_subscript(&mut self, index: NodeId, size: usize) -> NodeId {
+    /// A subscript of the run, which must be one of `1:size` where it is computed; messages have the texts of what is assigned and of the
+    /// subscript.
+    fn checked_subscript(&mut self, index: NodeId, size: usize, (target, subscript): (Span, Span)) -> NodeId {
+        let files = &self.scopes.table.files;
+        let name: Arc<str> = files.snippet(target).into();
+        let text = format!("the subscript `{}` is outside 1..{size}", files.snippet(subscript)).into();
         let arena = &mut self.model.templates.arena;
-        let name: Arc<str> = "subscript".into();
         let body = arena.reserve_body(name.clone(), vec![false]);
         let given = arena.slot(SlotId(0));
         let (low, high) = (arena.constant(1.0), arena.constant(size as f64));
         let above = arena.compare(Relation::GreaterEqual, given, low);
         let below = arena.compare(Relation::LessEqual, given, high);
         let inside = arena.and(above, below);
-        let steps = vec![Step::Check(inside, format!("a subscript is outside 1..{size}").into()), Step::Set(1, given)];
+        let steps = vec![Step::Check(inside, text), Step::Set(1, given)];
         let outputs = vec![BodyOutput { name: "k".into(), register: 1, zero: false }];
         let real_inputs = vec![false];
         arena.set_body(

@@ -60,7 +60,7 @@ impl TimeTable {
         if let (true, Outside::Hold, [first, .., last]) = (with_jumps(smoothness), outside, t.as_slice())
             && same(*first, *last)
         {
-            // One jump and nothing else: what stands before it is told by a row a second earlier.
+            // One jump and nothing else: a row a second earlier holds what stands before it.
             t.insert(0, first - 1.0);
             outputs.iter_mut().for_each(|values| values.insert(0, values[0]));
         }

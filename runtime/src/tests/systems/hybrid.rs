@@ -257,8 +257,9 @@ impl Model for Chatterer {
     }
 }
 
-/// Two relations that switch each other at t > 1: the event iteration never settles.
+/// Two relations that switch each other at t > 1: the event iteration never settles, unless `size` of what is compared is rounding.
 pub(crate) struct Loop {
+    pub size: f64,
     pub flip: bool,
     pub late: bool,
 }
@@ -281,7 +282,7 @@ impl Model for Loop {
     }
     fn roots(&self, _t: f64, y: &[f64], _yp: &[f64], out: &mut [f64]) {
         out[0] = y[0] - 1.0;
-        out[1] = if self.flip { 1.0 } else { -1.0 };
+        out[1] = if self.flip { self.size } else { -self.size };
     }
     fn held(&self, out: &mut [bool]) {
         (out[0], out[1]) = (self.late, self.flip);
