@@ -20,6 +20,7 @@ mod shared;
 mod spans;
 mod tables;
 mod tangent;
+mod tested;
 
 #[cfg(test)]
 mod tests;

@@ -24,6 +24,7 @@ use crate::shared::{CodeStatistics, Shared};
 use crate::spans::span_of;
 use crate::tables::{Describe, output_row, row_equations};
 use crate::tangent::{self, Source};
+use crate::tested::tested;
 
 /// A model ready to run.  Clones share code and tables.
 #[derive(Clone, Debug)]
@@ -119,6 +120,7 @@ fn build(sorted: &SortedSystem, jacobians: Jacobians<'_>, files: &Files, options
         structure: structure(sorted, &lowered, &row, sites(&delays)),
         tables: Arc::new(tables),
         nominals: nominals(sorted, sorted.simulation.unknowns.iter().map(|u| u.target)),
+        tested: tested(sorted),
         initial_nominals: nominals(sorted, sorted.initial.unknowns.iter().map(|u| u.target)),
         parameters: Parameters { limits, ..parameters(sorted, &lowered.layout) },
         checks: checks(sorted, files),

@@ -5,7 +5,7 @@
 
 use hyd_flat::{Operand, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
-use hyd_symbolic::{Node, NodeId, SlotId, Template, TemplateId, Templates, post_order, slots, solve_for};
+use hyd_symbolic::{Node, NodeId, SlotId, Template, TemplateId, Templates, isolate, post_order, slots, solve_for};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::jacobian::reverse::WIDE;
@@ -31,6 +31,8 @@ pub(crate) struct Solved {
     pub negative: NodeId,
     /// `slot - value`.
     pub residual: NodeId,
+    /// `slot*divisor - dividend`, where the slot is what the template divides by: linear, and finite where the slot is 0.
+    pub cleared: Option<NodeId>,
     /// Expressions divided by that are not numbers.
     pub divisors: Vec<NodeId>,
     /// Slots in them.
@@ -100,6 +102,7 @@ impl Algebra {
         self.facts[id.index()].get_or_insert_with(|| {
             let template = templates.get(id);
             let residual = templates.arena.sub(template.left, template.right);
+            let residual = templates.arena.without_ignored(residual);
             let mut slots = slots(&templates.arena, &[residual]);
             slots.sort_unstable();
             Facts { residual, slots, clocked: is_clocked(templates, residual) }
@@ -158,11 +161,20 @@ impl Algebra {
 fn solve(templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<Solved> {
     let template = templates.get(id);
     let arena = &mut templates.arena;
-    let solution = solve_for(arena, template.left, template.right, slot)?;
+    let (left, right) = (arena.without_ignored(template.left), arena.without_ignored(template.right));
+    let solution = isolate(arena, left, right, slot)?;
     let own = arena.slot(slot);
     let (negative, residual) = (arena.neg(solution.value), arena.sub(own, solution.value));
+    let cleared = match arena.node(solution.value) {
+        Node::Div(dividend, divisor) if solve_for(arena, left, right, slot).is_none() => {
+            let product = arena.mul(own, divisor);
+            Some(arena.sub(product, dividend))
+        }
+        _ => None,
+    };
     Some(Solved {
         value: solution.value,
+        cleared,
         negative,
         residual,
         divisor_slots: slots(arena, &solution.divisors),

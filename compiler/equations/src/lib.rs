@@ -12,6 +12,7 @@ mod balance;
 mod combined;
 mod decided;
 mod explain;
+mod fixed_starts;
 mod incidence;
 mod index_reduction;
 mod initial;

@@ -9,6 +9,8 @@ use std::sync::Arc;
 use hyd_index::TypedIndex;
 
 use crate::node::{Arena, BodyId, Node, NodeId};
+use crate::occurs::slots;
+use crate::substitute::rewrite;
 
 /// A compiled function.  All registers are 0 before the first step; the first `inputs` hold the arguments.
 #[derive(Clone, PartialEq, Debug)]
@@ -50,6 +52,8 @@ pub struct Derivative {
     pub of: Vec<u32>,
     /// Arguments that must not vary for it to be valid.
     pub constant: Vec<u32>,
+    /// It leaves out rates of arguments (`noDerivative`), which the model knows otherwise: it is valid along a solution only.
+    pub along_time: bool,
     /// For a derivative of higher order: pairs of an argument and the one that is its derivative.
     pub chained: Vec<(u32, u32)>,
 }
@@ -196,6 +200,45 @@ impl Arena {
         }
         arguments.push(rest);
         arguments
+    }
+
+    /// Which arguments decide nothing that the body gives, nor whether it fails: no step reads them.
+    pub fn ignored(&self, id: BodyId) -> Vec<bool> {
+        let body = self.body(id);
+        let mut read = vec![false; body.registers as usize];
+        let mut lists: Vec<&[Step]> = vec![&body.steps];
+        while let Some(steps) = lists.pop() {
+            for step in steps {
+                slots(self, &step.expressions()).into_iter().for_each(|slot| read[slot.index()] = true);
+                if let Step::Load { first, count, .. } = step {
+                    read[*first as usize..(first + count) as usize].fill(true);
+                }
+                lists.extend(step.inner());
+            }
+        }
+        body.outputs.iter().for_each(|output| read[output.register as usize] = true);
+        (0..body.inputs as usize).map(|k| !read[k]).collect()
+    }
+
+    /// The expression with 0 for arguments of bodies that decide nothing.
+    ///
+    /// A function may have such arguments for its derivative only (Modelica 3.6, section 12.7.1): what stands there is then no
+    /// unknown of the equation, but one of its derivative.
+    pub fn without_ignored(&mut self, root: NodeId) -> NodeId {
+        let zero = self.constant(0.0);
+        rewrite(self, root, |arena, node| {
+            let Node::Apply(body, output, list) = node else { return None };
+            let ignored = arena.ignored(body);
+            if !ignored.contains(&true) {
+                return None;
+            }
+            let mut arguments = arena.arguments(list);
+            for (argument, _) in arguments.iter_mut().zip(&ignored).filter(|(_, ignored)| **ignored) {
+                *argument = zero;
+            }
+            let list = arena.argument_list(&arguments);
+            Some(arena.apply(body, output, list))
+        })
     }
 
     /// All bodies that the bodies given call, themselves included, in ascending order.

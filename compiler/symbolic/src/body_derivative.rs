@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use crate::body::{Body, BodyOutput, Step};
-use crate::derivative::tangent;
+use crate::derivative::{Along, tangent};
 use crate::node::{Arena, BodyId, Node, NodeId, SlotId};
 use crate::occurs::slots;
 use crate::substitute::renumber;
@@ -17,6 +17,7 @@ use crate::substitute::renumber;
 pub(crate) fn apply(
     arena: &mut Arena,
     (body, output): (BodyId, u32),
+    along: Along,
     arguments: &[NodeId],
     rates: &[Option<NodeId>],
 ) -> Option<NodeId> {
@@ -24,7 +25,7 @@ pub(crate) fn apply(
     let rate = |k: u32| rates.get(k as usize).copied().flatten();
     let given = arena.body(body).derivatives.iter().find(|given| {
         let chained = given.chained.iter().all(|&(x, dx)| rate(x) == arguments.get(dx as usize).copied());
-        chained && given.constant.iter().all(|&k| rate(k).is_none())
+        chained && given.constant.iter().all(|&k| rate(k).is_none()) && (along == Along::Time || !given.along_time)
     });
     if let Some(given) = given {
         let (target, of) = (given.body, given.of.clone());
@@ -248,7 +249,8 @@ fn derive_call(
         return;
     }
     let usable = |constant: &[u32]| constant.iter().all(|&k| rates.get(k as usize) == Some(&zero));
-    let given = arena.body(body).derivatives.iter().find(|d| d.chained.is_empty() && usable(&d.constant)).cloned();
+    let mut all = arena.body(body).derivatives.iter();
+    let given = all.find(|d| d.chained.is_empty() && !d.along_time && usable(&d.constant)).cloned();
     if let Some(given) = given {
         let mut all = values.clone();
         all.extend(given.of.iter().map(|&k| rates[k as usize]));

@@ -23,13 +23,31 @@ pub fn partial_time(arena: &mut Arena, root: NodeId) -> NodeId {
     tangent(arena, root, |leaf| (leaf == Node::Time).then_some(one))
 }
 
+/// What the slots do while an expression is differentiated.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Along {
+    /// They move along a solution of the model, each with its own rate.
+    Time,
+    /// Any of them may move while the others are held.
+    Any,
+}
+
 /// The derivative along a direction: `seed` gives the derivative of each slot and of time, nothing meaning 0.
-///
-/// With the slots of the time derivatives as seeds of the variables and 1 for time, this is the total time derivative
-/// that index reduction needs.
 pub fn tangent(arena: &mut Arena, root: NodeId, seed: impl FnMut(Node) -> Option<NodeId>) -> NodeId {
+    along(arena, root, Along::Any, seed)
+}
+
+/// The total derivative with respect to time: `seed` gives the rate of each slot in a solution of the model, and 1 for time.
+///
+/// Other than along any direction, a derivative that the author of a function gives may count on what the model says of the
+/// rates of some arguments (`noDerivative`, Modelica 3.6, section 12.7.1).
+pub fn time_derivative(arena: &mut Arena, root: NodeId, seed: impl FnMut(Node) -> Option<NodeId>) -> NodeId {
+    along(arena, root, Along::Time, seed)
+}
+
+fn along(arena: &mut Arena, root: NodeId, along: Along, seed: impl FnMut(Node) -> Option<NodeId>) -> NodeId {
     let order = post_order(arena, &[root]);
-    match sweep(arena, &order, seed) {
+    match sweep(arena, &order, along, seed) {
         Some(derivative) => derivative,
         None => arena.constant(0.0),
     }
@@ -48,7 +66,8 @@ pub fn gradient(arena: &mut Arena, root: NodeId) -> Vec<(SlotId, NodeId)> {
         let order = post_order(arena, &[term]);
         let slots: Vec<SlotId> = order.iter().filter_map(|&id| slot_of(arena, id)).collect();
         for slot in slots {
-            let derivative = sweep(arena, &order, |leaf| (leaf == Node::Slot(slot)).then_some(one)).unwrap_or(zero);
+            let derivative =
+                sweep(arena, &order, Along::Any, |leaf| (leaf == Node::Slot(slot)).then_some(one)).unwrap_or(zero);
             let at = *place.entry(slot).or_insert_with(|| {
                 list.push((slot, zero));
                 list.len() - 1
@@ -94,13 +113,18 @@ fn terms(arena: &Arena, root: NodeId) -> Vec<(NodeId, bool)> {
 }
 
 /// Derivative of the last node of a post-order; none if it is zero.
-fn sweep(arena: &mut Arena, order: &[NodeId], mut seed: impl FnMut(Node) -> Option<NodeId>) -> Option<NodeId> {
+fn sweep(
+    arena: &mut Arena,
+    order: &[NodeId],
+    along: Along,
+    mut seed: impl FnMut(Node) -> Option<NodeId>,
+) -> Option<NodeId> {
     let mut known: FxHashMap<NodeId, NodeId> = FxHashMap::default();
     for &id in order {
         let derivative = match arena.node(id) {
             leaf @ (Node::Slot(_) | Node::Time) => seed(leaf),
             node if node.operands().any(|operand| known.contains_key(&operand)) => {
-                derive(arena, id, node, |operand| known.get(&operand).copied())
+                derive(arena, (id, node), along, |operand| known.get(&operand).copied())
             }
             _ => None,
         };
@@ -112,13 +136,21 @@ fn sweep(arena: &mut Arena, order: &[NodeId], mut seed: impl FnMut(Node) -> Opti
 }
 
 /// Derivative of the operation `node` with id `id`, from the derivatives `d` of its operands.
-fn derive(arena: &mut Arena, id: NodeId, node: Node, d: impl Fn(NodeId) -> Option<NodeId>) -> Option<NodeId> {
+fn derive(
+    arena: &mut Arena,
+    (id, node): (NodeId, Node),
+    along: Along,
+    d: impl Fn(NodeId) -> Option<NodeId>,
+) -> Option<NodeId> {
     match node {
         Node::Neg(a) => d(a).map(|da| arena.neg(da)),
         Node::Add(a, b) => plus(arena, d(a), d(b)),
         Node::Sub(a, b) => minus(arena, d(a), d(b)),
         Node::Mul(a, b) => product(arena, (a, d(a)), (b, d(b))),
-        Node::Div(a, b) => quotient(arena, id, (a, d(a)), (b, d(b))),
+        Node::Div(a, b) => match (d(a), shifted_exponential(arena, b)) {
+            (None, Some((k, u))) => d(u).map(|du| logistic(arena, id, (k, u), du)),
+            (da, _) => quotient(arena, id, (a, da), (b, d(b))),
+        },
         Node::If(c, a, b) => branches(arena, c, d(a), d(b)),
         Node::Call1(function, a) => {
             let inner = d(a)?;
@@ -132,7 +164,7 @@ fn derive(arena: &mut Arena, id: NodeId, node: Node, d: impl Fn(NodeId) -> Optio
         Node::Apply(body, output, list) => {
             let arguments = arena.arguments(list);
             let rates: Vec<Option<NodeId>> = arguments.iter().map(|&argument| d(argument)).collect();
-            crate::body_derivative::apply(arena, (body, output), &arguments, &rates)
+            crate::body_derivative::apply(arena, (body, output), along, &arguments, &rates)
         }
         Node::Const(_) | Node::Slot(_) | Node::Time | Node::Initial | Node::Homotopy => None,
     }
@@ -183,6 +215,33 @@ fn product(arena: &mut Arena, (a, da): Operand, (b, db): Operand) -> Option<Node
     let left = da.map(|da| arena.mul(da, b));
     let right = db.map(|db| arena.mul(a, db));
     plus(arena, left, right)
+}
+
+/// `k` and `u` of `k + exp(u)`.
+fn shifted_exponential(arena: &Arena, id: NodeId) -> Option<(NodeId, NodeId)> {
+    let Node::Add(a, b) = arena.node(id) else { return None };
+    let power = |id: NodeId| match arena.node(id) {
+        Node::Call1(Function::Exp, u) => Some(u),
+        _ => None,
+    };
+    let is_positive = |k: NodeId| arena.as_constant(k).is_some_and(|k| k > 0.0 && k.is_finite());
+    match (power(a), power(b)) {
+        (Some(u), None) if is_positive(b) => Some((b, u)),
+        (None, Some(u)) if is_positive(a) => Some((a, u)),
+        _ => None,
+    }
+}
+
+/// `(a/(k + exp(u)))' = -(a/(k + exp(u))) u'/(1 + k exp(-u))` for a constant `a`: the quotient of `exp(u)` and `k + exp(u)` is finite where the two are
+/// not, as in regularised signs `2/(1 + exp(-x/x0)) - 1` far from zero.
+fn logistic(arena: &mut Arena, id: NodeId, (k, u): (NodeId, NodeId), du: NodeId) -> NodeId {
+    let down = arena.neg(u);
+    let fading = arena.call1(Function::Exp, down);
+    let (one, scaled) = (arena.constant(1.0), arena.mul(k, fading));
+    let bound = arena.add(one, scaled);
+    let product = arena.mul(id, du);
+    let slope = arena.div(product, bound);
+    arena.neg(slope)
 }
 
 /// `(a/b)' = (a' - (a/b) b')/b`
@@ -326,6 +385,27 @@ mod tests {
             let difference = |value: f64| crate::eval(&arena, root, |_| value, 0.0, false);
             let expected = (difference(2.0 + 1e-6) - difference(2.0 - 1e-6)) / 2e-6;
             assert!((at(2.0) - expected).abs() < 1e-8, "{} {expected}", at(2.0));
+        }
+    }
+
+    /// Far from zero the exponential has no value, but the quotient by it and its slope have.
+    #[test]
+    fn a_regularised_sign_has_slopes_everywhere() {
+        let mut arena = Arena::new();
+        let x = arena.slot(SlotId(0));
+        let (one, two, scale) = (arena.constant(1.0), arena.constant(2.0), arena.constant(-10.0));
+        let inner = arena.mul(scale, x);
+        let power = arena.call1(Function::Exp, inner);
+        let sum = arena.add(one, power);
+        let sign = arena.div(two, sum);
+        let slope = partial(&mut arena, sign, SlotId(0));
+        let at = |node, value: f64| crate::eval(&arena, node, |_| value, 0.0, false);
+        for far in [-80.0, 80.0] {
+            assert_eq!(at(slope, far), 0.0);
+        }
+        for near in [-0.3, 0.0, 0.05] {
+            let difference = (at(sign, near + 1e-6) - at(sign, near - 1e-6)) / 2e-6;
+            assert!((at(slope, near) - difference).abs() < 1e-8, "{near}: {} {difference}", at(slope, near));
         }
     }
 

@@ -72,7 +72,7 @@ mod tests;
 
 pub use alias::{alias, constant_value};
 pub use body::{Body, BodyOutput, Derivative, Step};
-pub use derivative::{gradient, partial, partial_time, tangent};
+pub use derivative::{gradient, partial, partial_time, tangent, time_derivative};
 pub use eval::{Evaluator, eval, operate};
 pub use hyd_system::math::Function;
 pub use machine::{Limits, MACHINE_LIMITS, Machine};
@@ -83,5 +83,5 @@ pub use occurs::{
 pub use order::post_order;
 pub use print::{LONGEST_TEXT, format_number, print, print_signed, print_template};
 pub use simplify::simplify;
-pub use solve::{Solution, solve_for};
+pub use solve::{Solution, isolate, solve_for};
 pub use substitute::{canonical, renumber, replace_below, rewrite, substitute, substitute_one};

@@ -21,13 +21,22 @@ pub struct Solution {
 
 /// Solves `left = right` for a slot; none where the equation is not linear in it or does not contain it.
 pub fn solve_for(arena: &mut Arena, left: NodeId, right: NodeId, slot: SlotId) -> Option<Solution> {
+    solve(arena, (left, right), slot, false)
+}
+
+/// As [`solve_for`], also where the slot occurs once, in what is divided by: `a = b/x` gives `x = b/a`.
+pub fn isolate(arena: &mut Arena, left: NodeId, right: NodeId, slot: SlotId) -> Option<Solution> {
+    solve(arena, (left, right), slot, true)
+}
+
+fn solve(arena: &mut Arena, (left, right): (NodeId, NodeId), slot: SlotId, inverts: bool) -> Option<Solution> {
     let order = post_order(arena, &[left, right]);
     let uses = uses(arena, &order, slot);
     let count = |id: NodeId| uses.get(&id).copied().unwrap_or(0);
     match (count(left), count(right)) {
         (0, 0) => None,
-        (1, 0) => peel(arena, left, right, &uses),
-        (0, 1) => peel(arena, right, left, &uses),
+        (1, 0) => peel(arena, left, right, &uses, inverts),
+        (0, 1) => peel(arena, right, left, &uses, inverts),
         _ => collect(arena, &order, left, right, slot),
     }
 }
@@ -48,7 +57,14 @@ fn uses(arena: &Arena, order: &[NodeId], slot: SlotId) -> FxHashMap<NodeId, u32>
 }
 
 /// Solves `target = other` for the slot that occurs once in `target`, by inverting one operation after the other.
-fn peel(arena: &mut Arena, target: NodeId, other: NodeId, uses: &FxHashMap<NodeId, u32>) -> Option<Solution> {
+/// With `inverts` a quotient by what the slot is in is one of them.
+fn peel(
+    arena: &mut Arena,
+    target: NodeId,
+    other: NodeId,
+    uses: &FxHashMap<NodeId, u32>,
+    inverts: bool,
+) -> Option<Solution> {
     let (mut target, mut value, mut divisors) = (target, other, Vec::new());
     loop {
         target = match arena.node(target) {
@@ -78,6 +94,10 @@ fn peel(arena: &mut Arena, target: NodeId, other: NodeId, uses: &FxHashMap<NodeI
             Node::Div(a, b) if uses.contains_key(&a) => {
                 value = arena.mul(value, b);
                 a
+            }
+            Node::Div(a, b) if inverts => {
+                value = divide(arena, a, value, &mut divisors)?;
+                b
             }
             _ => return None,
         }

@@ -169,6 +169,11 @@ impl Function {
             .filter(move |v| v.direction.is_none() && !v.is_fixed() && v.ty.base == text && v.ty.rank == 0)
     }
 
+    /// True if a statement assigns to a variable, or to a part of it.
+    pub fn assigns(&self, name: &Name) -> bool {
+        self.algorithms.iter().any(|(_, statements)| assigns(statements, name))
+    }
+
     /// What the first assignment to a variable as a whole gives it.
     pub fn first_value(&self, name: &Name) -> Option<&Expr> {
         self.algorithms.iter().find_map(|(_, statements)| first_assignment(statements, name))
@@ -187,6 +192,17 @@ fn first_assignment<'f>(statements: &'f [Statement], name: &Name) -> Option<&'f 
         StatementKind::If(branches) => branches.iter().find_map(|(_, body)| first_assignment(body, name)),
         StatementKind::For(_, body) | StatementKind::While(_, body) => first_assignment(body, name),
         _ => None,
+    })
+}
+
+fn assigns(statements: &[Statement], name: &Name) -> bool {
+    let is_target = |target: &Expr| matches!(&target.kind, Kind::Local(local) if local.name() == name);
+    statements.iter().any(|statement| match &statement.kind {
+        StatementKind::Assign(target, _) => is_target(target),
+        StatementKind::AssignTuple(targets, _) => targets.iter().flatten().any(is_target),
+        StatementKind::If(branches) => branches.iter().any(|(_, body)| assigns(body, name)),
+        StatementKind::For(_, body) | StatementKind::While(_, body) => assigns(body, name),
+        _ => false,
     })
 }
 

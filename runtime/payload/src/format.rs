@@ -20,7 +20,7 @@ use crate::target::{self, Target};
 pub const MAGIC: [u8; 8] = *b"hydmodel";
 /// Version of the format; another one is refused.  A change of the stored types or of the positions in the table of
 /// functions ([`crate::functions`]) is a new one.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 /// Bytes before the model.
 const HEADER: usize = 8 + 3 * 4 + 2 * 8;
 
@@ -162,6 +162,7 @@ fn put_model(model: &Model, out: &mut Vec<u8>) {
     model.tables.put(out);
     model.row.put(out);
     model.nominals.put(out);
+    model.tested.put(out);
     model.initial_nominals.put(out);
     model.parameters.put(out);
     model.checks.put(out);
@@ -188,6 +189,7 @@ fn get_model(input: &mut Input<'_>, features: u32) -> Result<Model, crate::Damag
         tables: Arc::new(Stored::get(input)?),
         row: Stored::get(input)?,
         nominals: Stored::get(input)?,
+        tested: Stored::get(input)?,
         initial_nominals: Stored::get(input)?,
         parameters: Stored::get(input)?,
         checks: Stored::get(input)?,

@@ -34,6 +34,8 @@ pub struct Model {
     pub row: OutputRow,
     /// Nominal values of the unknowns.
     pub nominals: Vec<f64>,
+    /// Unknowns whose errors decide about steps: all but derivatives of dependent variables.
+    pub tested: Vec<bool>,
     /// Nominal values of the unknowns of the initial system.
     pub initial_nominals: Vec<f64>,
     /// Parameters as they can be set.

@@ -55,7 +55,7 @@ impl DaeSystem for Instance {
     }
 
     fn tested(&self, out: &mut [bool]) {
-        out.fill(true);
+        out.copy_from_slice(&self.loaded.model.tested);
     }
 
     fn initial_nominals(&self, out: &mut [f64]) {

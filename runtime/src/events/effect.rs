@@ -84,6 +84,29 @@ impl Before {
             && switched.all(|k| roots[k].abs() <= ROUNDING)
             && self.effect(problem, weights, (t, span), (y, yp)) == Effect::None
     }
+
+    /// True if all that is switched is as it was before the pass before (`earlier`), and this pass has moved the solution by no more than the
+    /// tolerance and hardly turned it: two truths of relations whose sides are equal within the tolerance lead to each other, and to the same
+    /// solution, as those of a switch without a current.
+    pub(crate) fn alternates(
+        &self,
+        earlier: &Before,
+        problem: &mut Problem<'_>,
+        weights: &Weights,
+        (t, span): (f64, f64),
+        (y, yp): (&[f64], &[f64]),
+    ) -> bool {
+        let held = held(problem);
+        if earlier.held != held || earlier.discrete != discrete_values(problem, t, (y, yp)) {
+            return false;
+        }
+        let mut roots = vec![0.0; held.len()];
+        problem.system.roots(t, y, yp, &mut roots);
+        let mut switched = (0..held.len()).filter(|&k| held[k] != self.held[k]).peekable();
+        switched.peek().is_some()
+            && switched.all(|k| roots[k].abs() <= 0.5 * weights.tolerance())
+            && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
+    }
 }
 
 fn held(problem: &Problem<'_>) -> Vec<bool> {

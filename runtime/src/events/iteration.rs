@@ -61,6 +61,7 @@ pub(crate) fn settle(
     let mut before = Vec::new();
     let mut cycle = Cycle::default();
     let mut by_rounding = false;
+    let mut earlier: Option<Before> = None;
     for pass in 0..MOST_PASSES {
         if pass + 1 == MOST_PASSES {
             before.resize(problem.system.structure().roots, false);
@@ -105,10 +106,17 @@ pub(crate) fn settle(
         // What changes is the truth of relations whose sides are equal but for rounding; `reinit` and `terminate` may wait for a
         // repetition, which lets relations be.
         by_rounding = !change.reinitialised
-            && before_pass.is_some_and(|before| before.differs_by_rounding(problem, weights, (t, span), (y, yp)));
+            && before_pass.as_ref().is_some_and(|own| own.differs_by_rounding(problem, weights, (t, span), (y, yp)));
         if by_rounding && !change.unsettled {
             return Ok(outcome);
         }
+        if let (Some(before), Some(earlier)) = (&before_pass, &earlier)
+            && !change.reinitialised
+            && before.alternates(earlier, problem, weights, (t, span), (y, yp))
+        {
+            return Ok(outcome);
+        }
+        earlier = before_pass;
         cycle.note(problem, (pass, MOST_PASSES), (t, &*y, &*yp));
         phase = if change.unsettled || together { EventPhase::Repeat } else { EventPhase::Iterate };
     }

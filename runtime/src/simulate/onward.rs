@@ -16,6 +16,7 @@ use crate::events::chatter::Chatter;
 use crate::events::iteration::{Instant, settle};
 use crate::loops::judge;
 use crate::problem::Problem;
+use crate::undetermined::LeftFree;
 use crate::{Options, Statistics, Warning};
 
 /// How far a run has come.
@@ -238,7 +239,12 @@ impl Onward {
     ) -> R {
         let mut delays = std::mem::take(&mut self.simulator.delays);
         let statistics = self.simulator.statistics;
-        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics, profile: None };
+        let mut problem = Problem {
+            system: Delaying::new(system, &mut delays),
+            statistics,
+            profile: None,
+            free: LeftFree::default(),
+        };
         let progress = std::mem::take(&mut self.progress);
         let mut run = Run {
             problem: &mut problem,

@@ -18,6 +18,7 @@ use rustc_hash::FxHashMap;
 use crate::alias::classes::Classes;
 use crate::alias::representative::choose_representatives;
 use crate::alias::specialize::{Change, Specializer};
+use crate::fixed_starts::fixed_starts;
 use crate::system::{EqId, Equation, EquationSystem, OperandRange, Resolution, Role};
 
 /// More rounds than this are not made; each needs a new zero behind a chain of equations.
@@ -52,6 +53,7 @@ fn eliminate_once(system: &mut EquationSystem) -> bool {
         rates: FxHashMap::default(),
         changes: Vec::new(),
         resolved: Vec::new(),
+        discrete_starts: discrete_starts(system),
     };
     pass.join(system);
     resolve(system, &mut pass.classes);
@@ -82,6 +84,11 @@ fn follow_chains(system: &mut EquationSystem) {
     }
 }
 
+fn discrete_starts(system: &EquationSystem) -> FxHashMap<VarId, f64> {
+    let is_discrete = |v: &VarId| !system.roles[*v].is_continuous();
+    fixed_starts(system).into_iter().filter(|(v, _)| is_discrete(v)).collect()
+}
+
 struct Pass {
     classes: Classes,
     /// Form of each template, by id.
@@ -94,6 +101,8 @@ struct Pass {
     /// Work space: what happens to each slot of an equation, and what it reads then.
     changes: Vec<Change>,
     resolved: Vec<Operand>,
+    /// What discrete variables start at, by the root of their class.
+    discrete_starts: FxHashMap<VarId, f64>,
 }
 
 impl Pass {
@@ -171,7 +180,7 @@ impl Pass {
                 self.classes.equate(v, w, opposite)
             }
             (Target::Var(v), Target::Var(w)) if are_discrete_twins(system, v, w) && !opposite => {
-                self.classes.equate(v, w, false)
+                self.equate_discrete(v, w)
             }
             (Target::Var(v), Target::Const(c)) | (Target::Const(c), Target::Var(v)) => {
                 let value = system.flat.constants[c];
@@ -179,6 +188,22 @@ impl Pass {
             }
             _ => false,
         }
+    }
+
+    /// Discrete variables that start at different values have different values at `pre` of the first event: their equation stays.
+    fn equate_discrete(&mut self, v: VarId, w: VarId) -> bool {
+        let [one, other] = [v, w].map(|v| self.classes.find(v).0);
+        let starts = [one, other].map(|root| self.discrete_starts.get(&root).copied());
+        if let [Some(first), Some(second)] = starts
+            && first != second
+        {
+            return false;
+        }
+        let joined = self.classes.equate(v, w, false);
+        if let Some(start) = starts[0].or(starts[1]) {
+            self.discrete_starts.insert(self.classes.find(v).0, start);
+        }
+        joined
     }
 
     /// Fills `changes` for an equation by the classes found so far; true if a slot changes.

@@ -9,7 +9,7 @@
 use hyd_flat::{Operand, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic};
-use hyd_symbolic::{Node, SlotId, TemplateId, Templates, canonical, post_order, tangent};
+use hyd_symbolic::{Node, SlotId, TemplateId, Templates, canonical, post_order, time_derivative};
 use rustc_hash::FxHashMap;
 
 use crate::explain::faults::mark_equations;
@@ -158,8 +158,8 @@ fn differentiate(templates: &mut Templates, id: TemplateId, varying: &[bool]) ->
         Node::Time => Some(one),
         _ => None,
     };
-    let left = tangent(arena, template.left, seed);
-    let right = tangent(arena, template.right, seed);
+    let left = time_derivative(arena, template.left, seed);
+    let right = time_derivative(arena, template.right, seed);
     let (new, slots) = canonical(arena, left, right);
     (templates.intern(new), slots)
 }

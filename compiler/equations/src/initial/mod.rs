@@ -26,6 +26,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::algebra::Algebra;
 use crate::alias::representative::block_of_variable;
 use crate::explain::faults::{counted, explain_over, explain_under, list_names, mark_variables};
+use crate::fixed_starts::fixed_starts;
 use crate::incidence::{self, Pattern, Unknowns, pattern};
 use crate::index_reduction::selection::dependent_at_start;
 use crate::initial::dependent_start::dependent_conditions;
@@ -213,7 +214,7 @@ impl Start {
 
 /// Variables that are equal must not be fixed at different numbers.
 fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
-    let (flat, arena) = (&system.flat, &system.flat.templates.arena);
+    let flat = &system.flat;
     let is_fixed = |v: VarId| {
         let (block, k) = flat.locate(v);
         flat.variables[block].fixed.get(k)
@@ -222,23 +223,10 @@ fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
     if !system.roles.indices().filter(is_alias).any(is_fixed) {
         return Ok(());
     }
-    let mut numbers: FxHashMap<VarId, f64> = FxHashMap::default();
-    for block in flat.equations.iter().filter(|block| block.section == Section::Start) {
-        let template = flat.templates.get(block.template);
-        let Some(value) = arena.as_constant(template.right) else { continue };
-        for operand in &block.operands {
-            if let Target::Start(v) = operand.target() {
-                numbers.insert(v, if operand.negated() { -value } else { value });
-            }
-        }
-    }
-    let by_others: FxHashSet<VarId> = system.fixed_by_others.iter().copied().collect();
+    let numbers = fixed_starts(system);
     let mut fixed: FxHashMap<VarId, (VarId, f64, f64)> = FxHashMap::default();
-    let blocks = block_of_variable(flat);
     for v in system.roles.indices() {
-        let block = &flat.variables.raw[blocks[v] as usize];
-        let says = block.fixed.get((v.0 - block.first.0) as usize) && !by_others.contains(&v);
-        let Some(&number) = numbers.get(&v).filter(|_| says) else { continue };
+        let Some(&number) = numbers.get(&v) else { continue };
         let said = number;
         let (kept, number) = match system.resolution[v] {
             Resolution::Own => (v, number),

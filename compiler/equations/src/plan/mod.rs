@@ -372,9 +372,11 @@ impl Builder<'_> {
         let (eq, entry) = (self.rows[row.index()], self.entry(row, column));
         let equation = self.system.equations[eq];
         let templates = &mut self.system.flat.templates;
+        let slot = self.cut.slots[entry];
+        let solved = self.algebra.solve(templates, equation.template, slot);
         let explicit = match self.cut.solvability[entry].is_safe() {
-            true => self.algebra.solve(templates, equation.template, self.cut.slots[entry]).map(|s| s.residual),
-            false => None,
+            true => solved.map(|solved| solved.residual),
+            false => solved.and_then(|solved| solved.cleared),
         };
         let value = explicit.unwrap_or_else(|| self.algebra.facts(templates, equation.template).residual);
         self.add_unknown(column);

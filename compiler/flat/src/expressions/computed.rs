@@ -283,6 +283,7 @@ impl Flattener<'_, '_> {
             blocks: vec![Vec::new()],
             calls: Vec::new(),
             texts: Vec::new(),
+            settled: Vec::new(),
         });
         let outer = std::mem::take(&mut self.slots);
         let mut inner = Context { depth, no_event: true, ..Context::new(cx.scope) };

@@ -66,7 +66,7 @@ impl BuiltinCall<'_, '_, '_> {
             Node::Slot(slot) => Some(rates.iter().find(|(s, _)| *s == slot).map_or(zero, |(_, r)| *r)),
             _ => None,
         };
-        Ok(Typed::real(hyd_symbolic::tangent(&mut self.flat.model.templates.arena, value.node, seed)))
+        Ok(Typed::real(hyd_symbolic::time_derivative(&mut self.flat.model.templates.arena, value.node, seed)))
     }
 
     pub(crate) fn lower_pre(&mut self, index: &[Affine]) -> Result<Typed, Fail> {
@@ -75,6 +75,9 @@ impl BuiltinCall<'_, '_, '_> {
         match &list[0].kind {
             Form::Variable(variable) => {
                 let (last, steps) = (variable.last(), &variable.steps);
+                if self.flat.scopes.is_set_in_when(last) {
+                    self.flat.make_discrete(last);
+                }
                 let variability = self.flat.scopes.variability(last);
                 if variability <= hyd_syntax::tree::Variability::Parameter {
                     return self.flat.lower_variable(span, steps, Kind::Var, self.cx, index);

@@ -132,7 +132,7 @@ impl Flattener<'_, '_> {
     ) -> Result<Range, Fail> {
         let (env, _) = cx.env();
         let mut parts = [Some(start), step, Some(stop)].into_iter().flatten();
-        if cx.depth > 0 && parts.clone().any(|part| matches!(part.kind, Kind::Real(_))) {
+        if cx.depth > 0 && parts.clone().any(|part| part.ty.base == Base::Scalar(ScalarType::Real)) {
             return self.real_steps([start, step.unwrap_or(start), stop], step.is_some(), cx);
         }
         if parts.any(|part| is_not_integer(part, cx)) {

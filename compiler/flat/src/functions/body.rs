@@ -11,7 +11,7 @@ use hyd_instance::{ScalarType, Value};
 use hyd_source::{Code, Span};
 use hyd_symbolic::{Body, BodyId, BodyOutput, NodeId, Relation, SlotId, Step};
 use hyd_syntax::tree::{Direction, Name};
-use hyd_typed::{Declaration, Expr, Function, Kind, Local as Path, Type};
+use hyd_typed::{Base, Declaration, Expr, Function, Kind, Local as Path, Type, mentions};
 
 use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
@@ -21,7 +21,7 @@ use crate::state::node::Typed;
 use crate::state::steps::{Builder, KnownBody};
 
 /// Most registers of a body: its arrays together.
-const MAX_REGISTERS: u32 = 1 << 14;
+const MAX_REGISTERS: u32 = 1 << 15;
 
 impl Flattener<'_, '_> {
     /// A call of the compiled function.
@@ -121,7 +121,8 @@ impl Flattener<'_, '_> {
         let (depth, registers) = (cx.depth + 1, real.len() as u32);
         let texts: Vec<Name> = callee.own_texts().map(|text| text.name.name.clone()).collect();
         let texts = texts.into_iter().filter(|text| self.only_shows(callee, text, cx.scope)).collect();
-        let builder = Builder { depth, registers, blocks: vec![Vec::new()], calls: Vec::new(), texts };
+        let builder =
+            Builder { depth, registers, blocks: vec![Vec::new()], calls: Vec::new(), texts, settled: Vec::new() };
         self.builders.push(builder);
         let outer = std::mem::take(&mut self.slots);
         let result = self.build_body(span, callee, &inputs, id, cx);
@@ -190,6 +191,45 @@ impl Flattener<'_, '_> {
         Ok(outputs)
     }
 
+    /// A scalar that its declaration gives a number known before the run, and that no statement changes, is that number: it may size
+    /// arrays.  False for all others.
+    fn settle_declared(
+        &mut self,
+        component: &Declaration,
+        callee: &Function,
+        components: &[&Declaration],
+        inner: &mut Context,
+    ) -> Result<bool, Fail> {
+        let name = &component.name.name;
+        let Some(value) = component.value.as_ref() else { return Ok(false) };
+        let is_number =
+            component.ty.rank == 0 && matches!(component.ty.base, Base::Scalar(ScalarType::Real | ScalarType::Integer));
+        if component.direction.is_some() || !is_number || callee.assigns(name) {
+            return Ok(false);
+        }
+        let settled = &self.builders.last().expect("invariant: asked for inside a body").settled;
+        let is_open = |other: &&Declaration| !other.is_fixed() && !settled.contains(&other.name.name);
+        if components.iter().filter(|other| is_open(other)).any(|other| mentions(value, &other.name.name)) {
+            return Ok(false);
+        }
+        let lowered = self.local_value(value, inner)?;
+        let constant = match &lowered {
+            Local::Index(index) if index.as_constant().is_some() => Some(lowered),
+            Local::Value(_) => Some(lowered),
+            Local::Node(typed) => {
+                let number = self.model.templates.arena.as_constant(typed.node);
+                number.map(|number| Local::Value(Value::Real(number)))
+            }
+            _ => None,
+        };
+        let is_constant = constant.is_some();
+        if let Some(constant) = constant {
+            inner.names.push((name.clone(), constant));
+            self.builders.last_mut().expect("invariant: asked for inside a body").settled.push(name.clone());
+        }
+        Ok(is_constant)
+    }
+
     /// Registers for outputs and locals that may change, in the context by their names; those of the outputs.
     fn declare_registers(
         &mut self,
@@ -202,6 +242,9 @@ impl Flattener<'_, '_> {
             inner.scope.frame = component.frame;
             if component.is_fixed() {
                 self.declare_local(component, callee, inner)?;
+                continue;
+            }
+            if self.settle_declared(component, callee, components, inner)? {
                 continue;
             }
             if self.is_text_for_messages(&component.name.name) {
@@ -229,7 +272,9 @@ impl Flattener<'_, '_> {
         inner: &mut Context,
     ) -> Result<(), Fail> {
         for component in components {
-            if component.is_fixed() || self.is_text_for_messages(&component.name.name) {
+            let name = &component.name.name;
+            let is_settled = self.builders.last().is_some_and(|builder| builder.settled.contains(name));
+            if component.is_fixed() || is_settled || self.is_text_for_messages(name) {
                 continue;
             }
             inner.scope.frame = component.frame;

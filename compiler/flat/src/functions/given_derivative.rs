@@ -2,7 +2,7 @@
 //!
 //! The body of the function learns which body computes its derivative and which inputs have a rate there; differentiation
 //! then calls it.  `zeroDerivative` makes it valid only where an input does not vary, `noDerivative` leaves the rate of an
-//! input out, `order = 2` stands at the first derivative.  Functions of records are differentiated by the compiler.
+//! input out, which makes it valid along solutions of the model only, `order = 2` stands at the first derivative.  Functions of records are differentiated by the compiler.
 
 use std::rc::Rc;
 
@@ -90,7 +90,7 @@ impl Flattener<'_, '_> {
         let second = self.order(tree) == 2;
         let target = self.function(local, cx.scope)?;
         let mut forms = inputs.to_vec();
-        let (mut of, mut constant, mut at) = (Vec::new(), Vec::new(), 0u32);
+        let (mut of, mut constant, mut along_time, mut at) = (Vec::new(), Vec::new(), false, 0u32);
         let declared: Vec<&Declaration> = callee.inputs().collect();
         let wanted = target.inputs().count().saturating_sub(inputs.len());
         // A second derivative takes one more rate for each rate: the last inputs.
@@ -100,7 +100,9 @@ impl Flattener<'_, '_> {
             let real = form.scalars().contains(&ScalarType::Real);
             if named("zeroDerivative", &input.name.name) {
                 constant.extend(at..at + count);
-            } else if real && k >= from && !named("noDerivative", &input.name.name) {
+            } else if real && named("noDerivative", &input.name.name) {
+                along_time = true;
+            } else if real && k >= from {
                 of.extend(at..at + count);
                 forms.push(form.clone());
             }
@@ -118,7 +120,7 @@ impl Flattener<'_, '_> {
         }
         let position = self.body_for(span, &target, forms, cx)?;
         let body = self.bodies[position].id;
-        Ok(Some((target, Derivative { body, of, constant, chained: Vec::new() })))
+        Ok(Some((target, Derivative { body, of, constant, along_time, chained: Vec::new() })))
     }
 
     /// The order of a derivative in an annotation, 1 if it does not say.

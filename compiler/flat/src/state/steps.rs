@@ -29,6 +29,8 @@ pub(crate) struct Builder {
     pub calls: Vec<Made>,
     /// Variables of type String that only messages read.  What the run makes of them is not followed: `...` stands for it.
     pub texts: Vec<Name>,
+    /// Variables that are numbers known before the run.
+    pub settled: Vec<Name>,
 }
 
 /// A call: the body, its arguments, its outputs.

@@ -13,6 +13,7 @@ mod table_1d;
 mod table_2d;
 mod table_data;
 mod table_file;
+mod text_files;
 mod time_table;
 
 use std::sync::Arc;
@@ -124,14 +125,12 @@ pub(crate) fn call(name: &str, arguments: &[Value], files: DataFiles<'_>) -> Opt
     if let Some(rest) = name.strip_prefix("ModelicaStandardTables_") {
         return table(name, rest, arguments, files);
     }
-    if let ("ModelicaInternal_stat", Some(Value::Text(file))) = (name, arguments.first()) {
-        // Literals of an enumeration: no file, a file, a folder, something else.
-        return Some(Ok(Value::Integer(if files(file).is_ok() { 2 } else { 1 }).into()));
-    }
     if name == "ModelicaRandom_automaticGlobalSeed" {
         return Some(Ok(Value::Integer(AUTOMATIC_SEED).into()));
     }
-    matrices::call(name, arguments).or_else(|| strings::call(name, arguments))
+    matrices::call(name, arguments)
+        .or_else(|| strings::call(name, arguments))
+        .or_else(|| text_files::call(name, arguments, files))
 }
 
 fn table(name: &str, rest: &str, arguments: &[Value], files: DataFiles<'_>) -> Option<Result<Given, String>> {
