@@ -261,19 +261,14 @@ impl SolveError {
     /// True if the equations may have been solved in an order in which rounding errors grow, even until the rest looks singular: a
     /// model with torn loops may run with its loops whole.
     pub fn may_be_rounding(&self) -> bool {
-        self.is_singular() || matches!(self, SolveError::Rounding { .. })
-    }
-
-    /// True if the equations do not determine all unknowns.
-    pub fn is_singular(&self) -> bool {
         match self {
-            SolveError::Singular(_) => true,
+            SolveError::Rounding { .. } | SolveError::Singular(_) => true,
             SolveError::Initial { cause, .. } | SolveError::Inconsistent { cause, .. } => *cause == Cause::Singular,
             _ => false,
         }
     }
 
-    /// As [`Self::may_be_rounding`], or if Newton's method has found no values after an event, which it may with whole loops.  A search that tries values out does
+    /// The same, or if Newton's method has found no values after an event, which it may with whole loops.  A search that tries values out does
     /// not ask for that: where they lead nowhere it takes others.
     pub fn may_be_of_loops(&self) -> bool {
         self.may_be_rounding() || matches!(self, SolveError::Inconsistent { .. })

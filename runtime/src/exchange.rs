@@ -18,7 +18,6 @@ use crate::initial::consistent::Consistency;
 use crate::initial::{InitialSystem, Start};
 use crate::loops::judge;
 use crate::problem::Problem;
-use crate::undetermined::LeftFree;
 use crate::weights::Weights;
 
 /// Width of the hysteresis, relative to what a relation is made of.
@@ -522,12 +521,8 @@ impl Exchange {
 
     fn within<R>(&mut self, system: &mut dyn DaeSystem, work: impl FnOnce(&mut Self, &mut Problem<'_>) -> R) -> R {
         let mut delays = std::mem::take(&mut self.delays);
-        let mut problem = Problem {
-            system: Delaying::new(system, &mut delays),
-            statistics: self.statistics,
-            profile: None,
-            free: LeftFree::default(),
-        };
+        let mut problem =
+            Problem { system: Delaying::new(system, &mut delays), statistics: self.statistics, profile: None };
         let result = work(self, &mut problem);
         self.statistics = problem.statistics;
         self.delays = delays;

@@ -55,9 +55,6 @@ pub struct Options {
     /// Where the start values lead to no initial values, they are looked for elsewhere.  What is found is reported by
     /// [`Summary::rescue`](crate::Summary::rescue) alone, so only who passes it on to the user asks for it.
     pub rescue: bool,
-    /// Unknowns that the equations leave undetermined keep their values, where the equations agree with each other.  They are reported by
-    /// [`Simulator::undetermined`](crate::Simulator::undetermined) alone, so only who passes that on to the user asks for it.
-    pub leave_free: bool,
     /// Parameters, by full name, with respect to which derivatives of all recorded variables are computed as further
     /// variables `d(x)/d(p)`; the name of a variable stands for its start value.
     pub sensitivity: Vec<String>,
@@ -85,7 +82,6 @@ impl Options {
             max_order: 5,
             suppress_algebraic: false,
             rescue: false,
-            leave_free: false,
             sensitivity: Vec::new(),
             derived_outputs: None,
         }

@@ -6,7 +6,6 @@ use crate::Statistics;
 use crate::delay::Delaying;
 use crate::profile::Profile;
 use crate::tiled::sum_of_pairs;
-use crate::undetermined::LeftFree;
 
 /// A system and what it has cost so far.
 pub(crate) struct Problem<'a> {
@@ -14,8 +13,6 @@ pub(crate) struct Problem<'a> {
     pub(crate) statistics: Statistics,
     /// Present in runs that are to say where their time goes.
     pub(crate) profile: Option<Box<Profile>>,
-    /// Unknowns that the equations leave undetermined.
-    pub(crate) free: LeftFree,
 }
 
 impl Problem<'_> {
@@ -42,15 +39,6 @@ impl Problem<'_> {
         self.system.jacobian(t, y, yp, state, rate);
         if let (Some(begin), Some(profile)) = (begin, &mut self.profile) {
             profile.seconds.jacobians += profile.now() - begin;
-        }
-    }
-
-    /// Notes unknowns that the equations leave undetermined.
-    #[cold]
-    pub(crate) fn note_free(&mut self, t: f64, unknowns: &[usize]) {
-        for &k in unknowns {
-            let name = self.system.tables().unknown_name(k);
-            self.free.note(t, name);
         }
     }
 

@@ -21,7 +21,6 @@ use crate::output::Output;
 use crate::problem::Problem;
 use crate::profile::{Profile, Seconds};
 use crate::sensitivity::{EventSource, Sensitivity};
-use crate::undetermined::{LeftFree, Undetermined};
 use crate::weights::Weights;
 use crate::{Options, Statistics};
 
@@ -97,7 +96,6 @@ pub struct Simulator {
     sensitivity: Option<Box<Sensitivity>>,
     kept: Option<Box<Sensitivity>>,
     jumps: Vec<Jump>,
-    undetermined: Vec<Undetermined>,
     statistics: Statistics,
     /// The clock of runs that are to say where their time goes, and what the last one says.
     clock: Option<fn() -> f64>,
@@ -133,7 +131,6 @@ impl Clone for Simulator {
             sensitivity: None,
             kept: None,
             jumps: self.jumps.clone(),
-            undetermined: self.undetermined.clone(),
             statistics: self.statistics,
             clock: self.clock,
             profile: None,
@@ -251,7 +248,6 @@ impl Simulator {
             sensitivity: None,
             kept: None,
             jumps: Vec::new(),
-            undetermined: Vec::new(),
             statistics: Statistics::default(),
             clock: None,
             profile: None,
@@ -282,11 +278,6 @@ impl Simulator {
     /// Jumps of the last run, however it ended.
     pub fn jumps(&self) -> &[Jump] {
         &self.jumps
-    }
-
-    /// Unknowns that the equations left undetermined in the last run, however it ended.
-    pub fn undetermined(&self) -> &[Undetermined] {
-        &self.undetermined
     }
 
     /// How the last run found its initial values, if its start values did not lead to them.
@@ -323,8 +314,7 @@ impl Simulator {
         let sizes = (system.structure().unknowns, system.structure().roots);
         let profile = self.clock.map(|clock| Box::new(Profile::new(clock, sizes.0, sizes.1)));
         let system = Delaying::new(system, &mut delays);
-        let free = LeftFree { allowed: options.leave_free, found: Vec::new() };
-        let mut problem = Problem { system, statistics: Statistics::default(), profile, free };
+        let mut problem = Problem { system, statistics: Statistics::default(), profile };
         let begun = problem.now();
         self.output.restart(options, self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs()));
         let mut run = Run {
@@ -350,7 +340,6 @@ impl Simulator {
         spend(&mut problem, begun, |seconds| &mut seconds.total);
         self.statistics = problem.statistics;
         self.profile = problem.profile;
-        self.undetermined = problem.free.found;
         self.delays = delays;
         let time = result?;
         let (warnings, phases) = (self.output.warnings.clone(), self.integrator.phases().to_vec());

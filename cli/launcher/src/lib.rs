@@ -21,7 +21,7 @@ use hyd_run::{
     Beside, Facts, Failure, InputTable, MessageFormat, Prepared, REBUILD, Recorded, ShardOf, Subject, WholeLoops,
     clock, output, parameter_file, parameters,
 };
-use hyd_runtime::{Options, SolveError};
+use hyd_runtime::SolveError;
 use hyd_system::DaeSystem;
 
 use arguments::{Run, Shard, Sweep};
@@ -151,14 +151,7 @@ fn simulate(arguments: &Run, loaded: &Arc<Loaded>, begin: f64) -> Result<(), Fai
         warnings: fallback(loaded).into_iter().chain(recorded.warnings).chain(cut).collect(),
         unit: None,
     };
-    let mut outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts.clone(), Beside::command(false))?;
-    if outcome.result.as_ref().is_err_and(SolveError::is_singular) && !loaded.model.has_torn_loops() {
-        let options = Options { leave_free: true, ..options };
-        let again = hyd_run::simulate(&mut system, &arguments.run, &options, facts, Beside::command(false))?;
-        if again.result.is_ok() {
-            outcome = again;
-        }
-    }
+    let outcome = hyd_run::simulate(&mut system, &arguments.run, &options, facts, Beside::command(false))?;
     let format = arguments.message_format;
     let printed = hyd_run::tell(&outcome.summary, arguments.run.json, format);
     let Err(error) = outcome.result else { return printed };

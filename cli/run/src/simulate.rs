@@ -207,15 +207,6 @@ pub fn record(
 /// What the user should know of a run that did not fail for it.
 fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structure) -> Vec<String> {
     let mut list: Vec<String> = simulator.rescue().map(ToString::to_string).into_iter().collect();
-    list.extend(simulator.undetermined().iter().take(MOST_WARNINGS).map(ToString::to_string));
-    list.extend(
-        simulator
-            .undetermined()
-            .len()
-            .checked_sub(MOST_WARNINGS)
-            .filter(|&more| more > 0)
-            .map(|more| format!("{more} more variables that are not determined")),
-    );
     list.extend(simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text));
     if let Some(more @ 1..) = simulator.warnings().len().checked_sub(MOST_WARNINGS) {
         list.push(format!("{more} more like these"));

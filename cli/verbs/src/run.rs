@@ -1,5 +1,4 @@
-//! One run of a translated model; one that ends because rounding errors grow along a torn loop is done again with the loops whole, and one
-//! whose equations do not determine all unknowns with these left as they are.
+//! One run of a translated model; one that ends because rounding errors grow along a torn loop is done again with the loops whole.
 
 use std::sync::Arc;
 
@@ -8,7 +7,7 @@ use hyd_results::Sink;
 use hyd_run::{
     Beside, DONE_AGAIN, Facts, Failure, InputTable, Outcome, RunArguments, WHOLE_LOOPS, options, parameters,
 };
-use hyd_runtime::{Options, SolveError};
+use hyd_runtime::SolveError;
 use hyd_system::DaeSystem;
 
 use crate::Joined;
@@ -49,38 +48,25 @@ impl Run<'_> {
         let model = self.compilation.model.as_ref();
         let model = model.ok_or_else(|| Failure::Fault("the translation gave no code".to_string()))?;
         let mut rows = sink();
-        let mut outcome = self.once(model, (false, Vec::new()), &mut rows, stop)?;
+        let outcome = self.once(model, Vec::new(), &mut rows, stop)?;
         if outcome.result.as_ref().is_err_and(SolveError::may_be_of_loops)
             && let Some(whole) = whole()
         {
             let mut other = sink();
-            let said = || vec![format!("{WHOLE_LOOPS}; the run was {DONE_AGAIN}")];
-            let again = self.once(&whole, (false, said()), &mut other, stop)?;
+            let said = vec![format!("{WHOLE_LOOPS}; the run was {DONE_AGAIN}")];
+            let again = self.once(&whole, said, &mut other, stop)?;
             if again.result.is_ok() {
                 return Ok((again, other));
-            }
-            if again.result.as_ref().is_err_and(SolveError::is_singular) {
-                let mut other = sink();
-                let again = self.once(&whole, (true, said()), &mut other, stop)?;
-                if again.result.is_ok() {
-                    return Ok((again, other));
-                }
-            }
-        } else if outcome.result.as_ref().is_err_and(SolveError::is_singular) {
-            let mut other = sink();
-            let again = self.once(model, (true, Vec::new()), &mut other, stop)?;
-            if again.result.is_ok() {
-                (outcome, rows) = (again, other);
             }
         }
         Ok((outcome, rows))
     }
 
-    /// One run; with `leave_free` unknowns may be left undetermined; `warnings` are reported in addition to its own.
+    /// One run; `warnings` are reported in addition to its own.
     fn once(
         &self,
         model: &CompiledModel,
-        (leave_free, mut warnings): (bool, Vec<String>),
+        mut warnings: Vec<String>,
         into: &mut dyn Sink,
         stop: &dyn Fn() -> bool,
     ) -> Result<Outcome, Failure> {
@@ -103,7 +89,7 @@ impl Run<'_> {
         let code = model.statistics();
         warnings.extend(model.fallback().map(|reason| format!("the code is interpreted: {reason}")));
         let experiment = InputTable::experiment(table, &model.payload().experiment, arguments.start);
-        let options = Options { leave_free, ..options(arguments, &experiment)? };
+        let options = options(arguments, &experiment)?;
         if let Some(table) = table {
             let known = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
             warnings.extend(table.recorded(system, (options.start, options.stop), &known)?.warnings);

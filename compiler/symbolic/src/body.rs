@@ -9,7 +9,7 @@ use std::sync::Arc;
 use hyd_index::TypedIndex;
 
 use crate::node::{Arena, BodyId, Node, NodeId};
-use crate::occurs::slots;
+use crate::occurs::{contains, slots};
 use crate::substitute::rewrite;
 
 /// A compiled function.  All registers are 0 before the first step; the first `inputs` hold the arguments.
@@ -234,7 +234,10 @@ impl Arena {
             }
             let mut arguments = arena.arguments(list);
             for (argument, _) in arguments.iter_mut().zip(&ignored).filter(|(_, ignored)| **ignored) {
-                *argument = zero;
+                // A call within may fail, which must be heard.
+                if !contains(arena, *argument, |node| matches!(node, Node::Apply(..))) {
+                    *argument = zero;
+                }
             }
             let list = arena.argument_list(&arguments);
             Some(arena.apply(body, output, list))

@@ -24,7 +24,7 @@ pub fn solve_for(arena: &mut Arena, left: NodeId, right: NodeId, slot: SlotId) -
     solve(arena, (left, right), slot, false)
 }
 
-/// As [`solve_for`], also where the slot occurs once, in what is divided by: `a = b/x` gives `x = b/a`.
+/// As [`solve_for`], also where the slot occurs once, in what a number is divided by: `a = 2/x` gives `x = 2/a`.
 pub fn isolate(arena: &mut Arena, left: NodeId, right: NodeId, slot: SlotId) -> Option<Solution> {
     solve(arena, (left, right), slot, true)
 }
@@ -95,7 +95,8 @@ fn peel(
                 value = arena.mul(value, b);
                 a
             }
-            Node::Div(a, b) if inverts => {
+            // With another dividend, which may become 0, the solution would be 0, and nothing can be divided by it.
+            Node::Div(a, b) if inverts && arena.as_constant(a).is_some_and(|number| number != 0.0) => {
                 value = divide(arena, a, value, &mut divisors)?;
                 b
             }

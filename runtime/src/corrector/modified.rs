@@ -126,13 +126,7 @@ impl Corrector {
                 }
             }
             match self.iterate(problem, at, weights) {
-                (Correction::Converged, _) => {
-                    if renew && !self.matrix.free().is_empty() {
-                        problem.note_free(at.t, self.matrix.free());
-                    }
-                    return Correction::Converged;
-                }
-                (failure, _) if renew && problem.free.allowed => return self.leave_free(problem, at, weights, failure),
+                (Correction::Converged, _) => return Correction::Converged,
                 // A residual that is not finite makes the first change so, whatever the matrix.
                 (Correction::NotFinite, 0) if !self.residual.is_finite() => {
                     return self.stopped(at, Correction::NotFinite);
@@ -161,11 +155,7 @@ impl Corrector {
         self.have_matrix = false;
         if let Err(error) = self.matrix.factor(at.leading) {
             match error {
-                FactorError::Singular { row, column } => {
-                    if !problem.free.allowed || self.matrix.factor_free(at.leading).is_err() {
-                        return Err(Correction::Singular { row, column });
-                    }
-                }
+                FactorError::Singular { row, column } => return Err(Correction::Singular { row, column }),
                 FactorError::NotFinite { row, column } => {
                     self.factor_beside(problem, at, weights).map_err(|()| Correction::SlopeNotFinite { row, column })?
                 }
@@ -175,29 +165,6 @@ impl Corrector {
         self.factored_leading = at.leading;
         self.rate = RATE_AFTER_RENEWAL;
         Ok(())
-    }
-
-    /// Corrects a prediction for which a new matrix has failed with unknowns left free that it determines by rounding only.
-    #[cold]
-    fn leave_free(
-        &mut self,
-        problem: &mut Problem<'_>,
-        at: &Prediction<'_>,
-        weights: &Weights,
-        failure: Correction,
-    ) -> Correction {
-        if self.matrix.free().is_empty() && self.have_matrix && self.matrix.factor_free(at.leading).is_ok() {
-            problem.evaluate(at.t, at.y, at.yp, &mut self.residual);
-            if !self.matrix.free().is_empty() && self.iterate(problem, at, weights).0 == Correction::Converged {
-                problem.note_free(at.t, self.matrix.free());
-                return Correction::Converged;
-            }
-        }
-        self.have_matrix = false;
-        match self.matrix.free().first() {
-            Some(&column) => Correction::Singular { row: self.worst_row().unwrap_or(0), column },
-            None => failure,
-        }
     }
 
     /// Takes the slopes a small part of the tolerance beside the prediction: at zero a root has none, and any that is finite lets

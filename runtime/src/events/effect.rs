@@ -15,6 +15,8 @@ const PART: f64 = 0.1;
 const NEARLY: f64 = 1e3;
 /// Both sides of a relation are equal but for rounding where their difference is smaller.
 const ROUNDING: f64 = 1e-9;
+/// Both sides of a relation are equal within the tolerance where their difference is less than so much of it.
+const EQUAL: f64 = 0.5;
 
 /// What there was before an event or a pass of it.
 pub(crate) struct Before {
@@ -104,7 +106,7 @@ impl Before {
         problem.system.roots(t, y, yp, &mut roots);
         let mut switched = (0..held.len()).filter(|&k| held[k] != self.held[k]).peekable();
         switched.peek().is_some()
-            && switched.all(|k| roots[k].abs() <= 0.5 * weights.tolerance())
+            && switched.all(|k| roots[k].abs() <= EQUAL * weights.tolerance())
             && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
     }
 }

@@ -29,8 +29,6 @@ const MOST_REFINEMENTS: usize = 3;
 /// Convergence is not taken to be faster than this.
 const LEAST_RATE: f64 = 0.05;
 const MOST_PROJECTIONS: usize = 8;
-/// A projection that moves an unknown by more tolerances than this has found another solution.
-const FARTHEST: f64 = 1e3;
 /// Most rounds until relations at given unknowns, and the discrete variables that depend on them, agree.
 const MOST_SWITCHINGS: usize = 8;
 
@@ -59,8 +57,6 @@ struct Core {
     differential: Vec<bool>,
     y: Vec<f64>,
     yp: Vec<f64>,
-    /// Unknowns are left free that the matrix determines by rounding only.
-    leave_free: bool,
 }
 
 impl Core {
@@ -68,15 +64,7 @@ impl Core {
         let (state, rate) = self.matrix.parts();
         problem.jacobian(t, &self.y, &self.yp, state, rate);
         problem.statistics.factorisations += 1;
-        if self.leave_free {
-            return self.matrix.factor_consistent_free(&self.differential);
-        }
-        match self.matrix.factor_consistent(&self.differential) {
-            Err(FactorError::Singular { .. }) if problem.free.allowed => {
-                self.matrix.factor_consistent_free(&self.differential)
-            }
-            done => done,
-        }
+        self.matrix.factor_consistent(&self.differential)
     }
 
     /// The unknowns of the problem from `x`.
@@ -133,7 +121,6 @@ impl Consistency {
             differential: structure.differential.clone(),
             y: vec![0.0; n],
             yp: vec![0.0; n],
-            leave_free: false,
         };
         Self { core, newton: Newton::new(n), residual: vec![0.0; n], have_matrix: false }
     }
@@ -216,38 +203,15 @@ impl Consistency {
                 self.newton = failed;
             }
         }
-        if let Err(NewtonFailure::NoConvergence { .. }) = found
-            && problem.free.allowed
-        {
-            let failed = self.newton.clone();
-            self.load(time_scale, weights, y, yp);
-            self.core.leave_free = true;
-            let mut view = View { core: &mut self.core, problem, t, switching };
-            let again = self.newton.solve(&mut view, TOLERANCE);
-            self.core.leave_free = false;
-            if again.is_ok() {
-                found = again;
-            } else {
-                self.core.scatter(&failed.x);
-                self.newton = failed;
-            }
-        }
         match found {
             Ok(()) => {
-                problem.note_free(t, self.core.matrix.free());
                 self.core.scatter(&self.newton.x);
                 self.have_matrix = true;
                 y.copy_from_slice(&self.core.y);
                 yp.copy_from_slice(&self.core.yp);
                 Ok(())
             }
-            Err(cause) => Err(match (self.core.matrix.free().first(), self.blame(cause)) {
-                (Some(&column), Inconsistent { row, .. }) => {
-                    let cause = NewtonFailure::Singular { row: row.unwrap_or(0), column };
-                    Inconsistent { cause, row, unknown: Some(column) }
-                }
-                (None, failure) => failure,
-            }),
+            Err(cause) => Err(self.blame(cause)),
         }
     }
 
@@ -317,37 +281,8 @@ impl Consistency {
     ) -> bool {
         let limit = REFINED.min(PROJECTED / weights.tolerance());
         let constrained = self.core.differential.iter().any(|differential| !differential);
-        (constrained
-            && (self.approach(problem, (t, h), weights, (limit, MOST_PROJECTIONS), y, yp)
-                || self.project_from_afar(problem, (t, h), weights, y, yp)))
+        (constrained && self.approach(problem, (t, h), weights, (limit, MOST_PROJECTIONS), y, yp))
             || self.refine(problem, (t, h), weights, y, yp)
-    }
-
-    /// The same by the damped method, where a nearly singular matrix lets the other one converge too slowly; false if that leads elsewhere.
-    #[cold]
-    fn project_from_afar(
-        &mut self,
-        problem: &mut Problem<'_>,
-        (t, h): (f64, f64),
-        weights: &Weights,
-        y: &mut [f64],
-        yp: &mut [f64],
-    ) -> bool {
-        let (before_y, before_yp) = (y.to_vec(), yp.to_vec());
-        if self.solve(problem, (t, h), weights, y, yp).is_err() {
-            return false;
-        }
-        let moved = y
-            .iter()
-            .zip(&before_y)
-            .zip(weights.all.iter())
-            .map(|((now, before), weight)| (now - before).abs() * weight);
-        if moved.fold(0.0, f64::max) > FARTHEST {
-            y.copy_from_slice(&before_y);
-            yp.copy_from_slice(&before_yp);
-            return false;
-        }
-        true
     }
 
     /// Takes the matrix at a point of which the values to be found are a smooth continuation; false if it has none.

@@ -27,7 +27,7 @@ impl InitialSystem {
     pub(super) fn curvature(&mut self, problem: &mut Problem<'_>, t: f64, guess: &[f64]) -> Option<Curvature> {
         let n = guess.len();
         let mut step = vec![0.0; n];
-        let mut view = View { core: &mut self.core, problem, t, leave_free: false };
+        let mut view = View { core: &mut self.core, problem, t };
         if n == 0 || !view.residual(guess, &mut step) {
             return None;
         }

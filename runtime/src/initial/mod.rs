@@ -40,8 +40,6 @@ pub(crate) struct InitialSystem {
     newton: Newton,
     /// How initial values were found where the start values did not lead to them.
     rescued: Option<Rescue>,
-    /// Unknowns may be left undetermined.
-    leave_free: bool,
 }
 
 #[derive(Clone)]
@@ -55,17 +53,6 @@ struct View<'a, 'b> {
     core: &'a mut Core,
     problem: &'a mut Problem<'b>,
     t: f64,
-    /// Unknowns may be left undetermined.
-    leave_free: bool,
-}
-
-impl View<'_, '_> {
-    fn jacobian(&mut self, x: &[f64]) -> Result<(), FactorError> {
-        self.problem.statistics.jacobians += 1;
-        self.problem.statistics.factorisations += 1;
-        let evaluated = self.problem.system.initial_jacobian(self.t, x, &mut self.core.values);
-        evaluated.map_err(|_| FactorError::NotFinite { row: 0, column: 0 })
-    }
 }
 
 impl Target for View<'_, '_> {
@@ -75,9 +62,10 @@ impl Target for View<'_, '_> {
     }
 
     fn factor(&mut self, x: &[f64]) -> Result<(), FactorError> {
-        self.jacobian(x)?;
-        if self.leave_free {
-            return self.core.solver.factor_free(&mut self.core.values);
+        self.problem.statistics.jacobians += 1;
+        self.problem.statistics.factorisations += 1;
+        if self.problem.system.initial_jacobian(self.t, x, &mut self.core.values).is_err() {
+            return Err(FactorError::NotFinite { row: 0, column: 0 });
         }
         self.core.solver.factor(&mut self.core.values)
     }
@@ -106,7 +94,7 @@ impl InitialSystem {
         let solver = LinearSolver::new(&pattern);
         let values = vec![0.0; pattern.entries()];
         let newton = Newton::new(structure.initial.unknowns);
-        Self { core: Core { pattern, solver, values }, newton, rescued: None, leave_free: false }
+        Self { core: Core { pattern, solver, values }, newton, rescued: None }
     }
 
     /// How the last start found its values, if its start values did not lead to them.
@@ -139,12 +127,6 @@ impl InitialSystem {
                 let mut solved = self.solve(problem, t);
                 if solved.is_err() && pass == 0 && self.decide_at(problem, t, guess.clone(), (y, yp)) {
                     solved = self.solve(problem, t);
-                }
-                if solved.as_ref().is_err_and(SolveError::is_singular)
-                    && problem.free.allowed
-                    && self.solve_leaving_free(problem, t, &guess, (y, yp), start.consistency.states())
-                {
-                    solved = Ok(());
                 }
                 if let Err(error) = solved {
                     self.elsewhere(problem, (t, start.rescue), &guess, error)?;
@@ -204,43 +186,6 @@ impl InitialSystem {
         stored.is_ok() && problem.system.event_pass(EventPhase::Initial, t, y, yp).is_ok_and(|change| change.changed)
     }
 
-    /// Solves from the guess with unknowns left free that the equations do not determine; false if that leads to nothing, or to values of
-    /// states that nothing determines.
-    fn solve_leaving_free(
-        &mut self,
-        problem: &mut Problem<'_>,
-        t: f64,
-        guess: &[f64],
-        (y, yp): (&mut [f64], &mut [f64]),
-        states: &[bool],
-    ) -> bool {
-        let failed = std::mem::replace(&mut self.newton.x, guess.to_vec());
-        self.leave_free = true;
-        let solved = self.solve(problem, t).is_ok();
-        self.leave_free = false;
-        let free = self.core.solver.free().to_vec();
-        let mut x = self.newton.x.clone();
-        let mut moves_states = || {
-            if problem.system.initial_store(t, &x, y, yp).is_err() {
-                return true;
-            }
-            let before = y.to_vec();
-            free.iter().for_each(|&k| x[k] += x[k].abs().max(self.newton.nominals[k]));
-            let stored = problem.system.initial_store(t, &x, y, yp);
-            stored.is_err()
-                || before.iter().zip(&*y).zip(states).any(|((before, after), state)| *state && before != after)
-        };
-        if !solved || moves_states() {
-            self.newton.x = failed;
-            return false;
-        }
-        for k in free {
-            let name = problem.system.tables().initial_unknowns.get(k).map(ToString::to_string);
-            problem.free.note(t, name.unwrap_or_else(|| format!("unknown {}", k + 1)));
-        }
-        true
-    }
-
     /// Looks for a solution away from the guess, from which Newton's method has failed; if there is none the failure stands, with what
     /// can be said of the guess.
     fn elsewhere(
@@ -270,8 +215,7 @@ impl InitialSystem {
             return Ok(());
         }
         let guess = if problem.system.has_homotopy() { self.newton.x.clone() } else { Vec::new() };
-        let mut result =
-            self.newton.solve(&mut View { core: &mut self.core, problem, t, leave_free: self.leave_free }, TOLERANCE);
+        let mut result = self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE);
         if result.is_err() && !guess.is_empty() {
             self.newton.x.copy_from_slice(&guess);
             result = self.continue_from_simplified(problem, t);
@@ -287,16 +231,13 @@ impl InitialSystem {
     /// Allgower, Georg 2003, *Introduction to Numerical Continuation Methods*, chapter 2).
     fn continue_from_simplified(&mut self, problem: &mut Problem<'_>, t: f64) -> Result<(), NewtonFailure> {
         problem.system.set_homotopy(0.0);
-        self.newton.solve(&mut View { core: &mut self.core, problem, t, leave_free: self.leave_free }, TOLERANCE)?;
+        self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE)?;
         let (mut share, mut step) = (0.0, FIRST_SHARE);
         let mut last = self.newton.x.clone();
         while share < 1.0 {
             let next = f64::min(share + step, 1.0);
             problem.system.set_homotopy(next);
-            match self
-                .newton
-                .solve(&mut View { core: &mut self.core, problem, t, leave_free: self.leave_free }, TOLERANCE)
-            {
+            match self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE) {
                 Ok(()) => {
                     last.copy_from_slice(&self.newton.x);
                     (share, step) = (next, 2.0 * step);

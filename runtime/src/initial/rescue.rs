@@ -146,13 +146,13 @@ impl InitialSystem {
     /// Newton's method from there leads to a solution, which stands in `newton.x`.
     fn reaches(&mut self, problem: &mut Problem<'_>, t: f64, from: &[f64]) -> bool {
         self.newton.x.copy_from_slice(from);
-        self.newton.solve(&mut View { core: &mut self.core, problem, t, leave_free: false }, TOLERANCE).is_ok()
+        self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE).is_ok()
             && self.newton.x.iter().all(|x| x.is_finite())
     }
 
     /// From the equations that the guess fulfils back to those given.
     fn lead_back(&mut self, problem: &mut Problem<'_>, t: f64, guess: &[f64]) -> bool {
-        lead_back(&mut self.newton, &mut View { core: &mut self.core, problem, t, leave_free: false }, guess, TOLERANCE)
+        lead_back(&mut self.newton, &mut View { core: &mut self.core, problem, t }, guess, TOLERANCE)
     }
 
     /// The fewest start values found that lead to the solution, the others as given.

@@ -77,24 +77,6 @@ impl IterationMatrix {
         self.solver.factor(&mut self.values)
     }
 
-    /// The same with unknowns left free, see [`LinearSolver::factor_free`].
-    pub(crate) fn factor_free(&mut self, c: f64) -> Result<(), FactorError> {
-        self.merged.combine(&self.state, &self.rate, c, &mut self.values);
-        self.solver.factor_free(&mut self.values)
-    }
-
-    /// The same with unknowns left free, see [`LinearSolver::factor_free`].
-    pub(crate) fn factor_consistent_free(&mut self, differential: &[bool]) -> Result<(), FactorError> {
-        let parts = (&self.state_pattern, &self.rate_pattern);
-        self.merged.select(parts, &self.state, &self.rate, differential, &mut self.values);
-        self.solver.factor_free(&mut self.values)
-    }
-
-    /// The unknowns that the last matrix leaves free.
-    pub(crate) fn free(&self) -> &[usize] {
-        self.solver.free()
-    }
-
     /// Replaces `b` by the solution, see [`LinearSolver::solve`].
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
         self.solver.solve(b);

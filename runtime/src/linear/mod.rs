@@ -3,13 +3,12 @@
 //! `A` has a fixed pattern and changing values.  Rows are scaled by their largest entry and columns by the nominal values of
 //! the unknowns before factoring, because SI magnitudes differ by many decades and pivots are chosen by size.  Small
 //! systems are eliminated along a list of operations ([`small`]), the smallest inverted for corrections ([`inverse`]); what fills up is
-//! eliminated dense ([`dense`]), others sparse ([`sparse`]), and what has no full rank, where that is asked for, with unknowns left free ([`free`]).  Nothing is allocated after the first matrices, except when the pivot order of a
+//! eliminated dense ([`dense`]), others sparse ([`sparse`]).  Nothing is allocated after the first matrices, except when the pivot order of a
 //! sparse one has to change.  Source of the scaling rule: Golub, Van Loan, "Matrix
 //! Computations", section 3.5.2.
 
 mod dense;
 mod factor;
-mod free;
 mod inverse;
 mod iteration_matrix;
 mod lower;
@@ -28,7 +27,6 @@ pub(crate) use iteration_matrix::IterationMatrix;
 use crate::tiled::{Tile, Tiled};
 use dense::Dense;
 use factor::idle_column;
-use free::Free;
 use small::Small;
 use sparse::Sparse;
 
@@ -43,8 +41,6 @@ enum Kernel {
     Small(Box<Small>),
     Dense(Dense),
     Sparse(Box<Sparse>),
-    /// Of a matrix without full rank, with the kernel of all others.
-    Free(Box<(Free, Kernel)>),
 }
 
 /// A scaled factorisation that can be renewed and used for many right-hand sides.
@@ -72,26 +68,15 @@ impl LinearSolver {
     /// that were chosen before are forgotten, so that a run gives the same bits whatever was solved before it.
     pub(crate) fn begin(&mut self, nominals: &[f64]) {
         self.column_scale.copy_from_slice(nominals);
-        self.leave_free();
         match &mut self.kernel {
             Kernel::Small(small) => small.forget(),
             Kernel::Sparse(sparse) => sparse.forget(),
             Kernel::Dense(_) => self.kernel = Kernel::Small(Box::new(Small::new(&self.pattern))),
-            Kernel::Free(_) => {}
-        }
-    }
-
-    /// Back to the kernel of regular matrices.
-    fn leave_free(&mut self) {
-        if let Kernel::Free(free) = &mut self.kernel {
-            let kernel = std::mem::replace(&mut free.1, Kernel::Dense(Dense::new(0)));
-            self.kernel = kernel;
         }
     }
 
     /// Factors the matrix with these values on the pattern; `values` are scaled in place.
     pub(crate) fn factor(&mut self, values: &mut [f64]) -> Result<(), FactorError> {
-        self.leave_free();
         if let Kernel::Small(small) = &mut self.kernel {
             let factored = small.factor(&self.pattern, values, &self.column_scale);
             if !small.is_full() {
@@ -104,35 +89,6 @@ impl LinearSolver {
             Kernel::Small(_) => Ok(()),
             Kernel::Dense(dense) => dense.factor(&self.pattern, values),
             Kernel::Sparse(sparse) => sparse.factor(&self.pattern, values),
-            Kernel::Free(_) => Ok(()),
-        }
-    }
-
-    /// Factors a matrix with unknowns left free where the equations do not determine them: solutions do not change those (see
-    /// [`free`]).  Pivots that rounding may have left count as none, unlike in [`Self::factor`].  `values` are scaled in place.
-    ///
-    /// # Errors
-    /// An entry is not finite, or there are too many unknowns, which then count as determined.
-    pub(crate) fn factor_free(&mut self, values: &mut [f64]) -> Result<(), FactorError> {
-        if self.pattern.rows > free::MOST {
-            return self.factor(values);
-        }
-        self.leave_free();
-        if let Err(error @ FactorError::NotFinite { .. }) = self.scale(values) {
-            return Err(error);
-        }
-        let mut free = Free::default();
-        free.factor(&self.pattern, values);
-        let kernel = std::mem::replace(&mut self.kernel, Kernel::Dense(Dense::new(0)));
-        self.kernel = Kernel::Free(Box::new((free, kernel)));
-        Ok(())
-    }
-
-    /// The unknowns that the last matrix leaves free.
-    pub(crate) fn free(&self) -> &[usize] {
-        match &self.kernel {
-            Kernel::Free(free) => free.0.columns(),
-            _ => &[],
         }
     }
 
@@ -148,7 +104,6 @@ impl LinearSolver {
             Kernel::Small(_) => {}
             Kernel::Dense(dense) => dense.solve(b),
             Kernel::Sparse(sparse) => sparse.solve(b),
-            Kernel::Free(free) => free.0.solve(b),
         }
         for (value, scale) in b.iter_mut().zip(&self.column_scale) {
             *value *= scale;
@@ -178,7 +133,6 @@ impl LinearSolver {
             Kernel::Small(_) => {}
             Kernel::Dense(dense) => dense.solve_tiles(b, count),
             Kernel::Sparse(sparse) => sparse.solve_tiles(b, count),
-            Kernel::Free(free) => free.0.solve_tiles(b, count),
         }
         scale_tiles(b, count, &self.column_scale);
     }
@@ -187,7 +141,7 @@ impl LinearSolver {
     pub(crate) fn row_scale(&self, k: usize) -> f64 {
         match &self.kernel {
             Kernel::Small(small) => small.row_scale(k),
-            Kernel::Dense(_) | Kernel::Sparse(_) | Kernel::Free(_) => self.row_scale[k],
+            Kernel::Dense(_) | Kernel::Sparse(_) => self.row_scale[k],
         }
     }
 
@@ -206,15 +160,16 @@ impl LinearSolver {
                 self.row_scale[row] = self.row_scale[row].max(values[entry].abs());
             }
         }
-        let empty = self.row_scale.iter().position(|&largest| largest == 0.0);
-        let idle = empty.map(|row| (row, idle_column(&self.pattern, values, row)));
+        if let Some(row) = self.row_scale.iter().position(|&largest| largest == 0.0) {
+            return Err(FactorError::Singular { row, column: idle_column(&self.pattern, values, row) });
+        }
         for scale in &mut self.row_scale {
-            *scale = if *scale > 0.0 { scale.recip() } else { 1.0 };
+            *scale = scale.recip();
         }
         for (value, &row) in values.iter_mut().zip(rows) {
             *value *= self.row_scale[row as usize];
         }
-        idle.map_or(Ok(()), |(row, column)| Err(FactorError::Singular { row, column }))
+        Ok(())
     }
 }
 
@@ -396,42 +351,6 @@ mod tests {
             assert!([free, free + 1].contains(&(row as u32)), "{n}: row {row}");
             assert!([free, free + 1].contains(&(column as u32)), "{n}: column {column}");
         }
-    }
-
-    /// Two equations that say the same of a sum of unknowns, and one that says nothing.
-    #[test]
-    fn unknowns_left_free_stay_where_they_are() {
-        let matrix = [[1.0, 1.0, 0.0, 0.0], [2.0, 2.0, 0.0, 0.0], [0.0, 1.0, 4.0, 0.0], [0.0; 4]];
-        let values = |scale: f64| -> Vec<f64> {
-            (0..16).map(|k| matrix[k % 4][k / 4] * if k % 4 == 1 { scale } else { 1.0 }).collect()
-        };
-        let mut solver = LinearSolver::new(&Pattern::dense(4, 4));
-        solver.begin(&[1.0, 10.0, 1e-3, 1e5]);
-        assert!(matches!(solver.factor(&mut values(1.0)), Err(FactorError::Singular { .. })));
-        solver.factor_free(&mut values(1.0)).unwrap();
-        assert_eq!((solver.free().len(), solver.free().contains(&3)), (2, true));
-        let mut x = [3.0, 6.0, 5.0, 0.0];
-        let tile: Vec<Tile> = x.iter().map(|&value| [value, -value, 0.0, 2.0 * value]).collect();
-        solver.solve(&mut x);
-        for (row, right) in matrix.iter().zip([3.0, 6.0, 5.0, 0.0]) {
-            let left: f64 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
-            assert!((left - right).abs() < 1e-14, "{x:?}");
-        }
-        assert!(solver.free().iter().all(|&k| x[k] == 0.0), "{x:?}");
-        let mut tiles = tile;
-        solver.solve_tiles(&mut tiles, 1);
-        for (tile, x) in tiles.iter().zip(&x) {
-            assert!(tile.iter().zip([1.0, -1.0, 0.0, 2.0]).all(|(value, factor)| (value - factor * x).abs() < 1e-13));
-        }
-        // What contradicts itself moves an unknown that nothing else would.
-        let mut off = [3.0, 7.0, 5.0, 0.0];
-        solver.solve(&mut off);
-        assert!(solver.free().iter().any(|&k| off[k].abs() > 0.01 * [1.0, 10.0, 1e-3, 1e5][k]), "{off:?}");
-        // Regular matrices afterwards are solved as ever.
-        let mut regular = values(1.0);
-        (regular[1], regular[15]) = (-1.0, 1.0);
-        solver.factor(&mut regular).unwrap();
-        assert!(solver.free().is_empty());
     }
 
     #[test]

@@ -16,7 +16,6 @@ use crate::events::chatter::Chatter;
 use crate::events::iteration::{Instant, settle};
 use crate::loops::judge;
 use crate::problem::Problem;
-use crate::undetermined::LeftFree;
 use crate::{Options, Statistics, Warning};
 
 /// How far a run has come.
@@ -239,12 +238,7 @@ impl Onward {
     ) -> R {
         let mut delays = std::mem::take(&mut self.simulator.delays);
         let statistics = self.simulator.statistics;
-        let mut problem = Problem {
-            system: Delaying::new(system, &mut delays),
-            statistics,
-            profile: None,
-            free: LeftFree::default(),
-        };
+        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics, profile: None };
         let progress = std::mem::take(&mut self.progress);
         let mut run = Run {
             problem: &mut problem,

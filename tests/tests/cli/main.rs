@@ -42,7 +42,6 @@ mod study_names;
 #[cfg(unix)]
 mod study_units;
 mod sweeps;
-mod undetermined;
 mod units;
 mod view;
 mod written_models;

@@ -75,9 +75,6 @@ impl BuiltinCall<'_, '_, '_> {
         match &list[0].kind {
             Form::Variable(variable) => {
                 let (last, steps) = (variable.last(), &variable.steps);
-                if self.flat.scopes.is_set_in_when(last) {
-                    self.flat.make_discrete(last);
-                }
                 let variability = self.flat.scopes.variability(last);
                 if variability <= hyd_syntax::tree::Variability::Parameter {
                     return self.flat.lower_variable(span, steps, Kind::Var, self.cx, index);

@@ -15,7 +15,6 @@ pub(crate) mod predefined;
 pub(crate) mod primitive;
 pub(crate) mod redeclare;
 pub(crate) mod scopes;
-pub(crate) mod set_in_when;
 pub(crate) mod size;
 pub(crate) mod target;
 pub(crate) mod tree;
