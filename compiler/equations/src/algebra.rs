@@ -5,7 +5,9 @@
 
 use hyd_flat::{Operand, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
-use hyd_symbolic::{Node, NodeId, SlotId, Template, TemplateId, Templates, isolate, post_order, slots, solve_for};
+use hyd_symbolic::{
+    Node, NodeId, SlotId, Template, TemplateId, Templates, isolate, post_order, slots, solve_for, without_ignored,
+};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::jacobian::reverse::WIDE;
@@ -102,7 +104,7 @@ impl Algebra {
         self.facts[id.index()].get_or_insert_with(|| {
             let template = templates.get(id);
             let residual = templates.arena.sub(template.left, template.right);
-            let residual = templates.arena.without_ignored(residual);
+            let residual = without_ignored(&mut templates.arena, residual);
             let mut slots = slots(&templates.arena, &[residual]);
             slots.sort_unstable();
             Facts { residual, slots, clocked: is_clocked(templates, residual) }
@@ -161,7 +163,7 @@ impl Algebra {
 fn solve(templates: &mut Templates, id: TemplateId, slot: SlotId) -> Option<Solved> {
     let template = templates.get(id);
     let arena = &mut templates.arena;
-    let (left, right) = (arena.without_ignored(template.left), arena.without_ignored(template.right));
+    let (left, right) = (without_ignored(arena, template.left), without_ignored(arena, template.right));
     let solution = isolate(arena, left, right, slot)?;
     let own = arena.slot(slot);
     let (negative, residual) = (arena.neg(solution.value), arena.sub(own, solution.value));

@@ -9,8 +9,6 @@ use std::sync::Arc;
 use hyd_index::TypedIndex;
 
 use crate::node::{Arena, BodyId, Node, NodeId};
-use crate::occurs::{contains, slots};
-use crate::substitute::rewrite;
 
 /// A compiled function.  All registers are 0 before the first step; the first `inputs` hold the arguments.
 #[derive(Clone, PartialEq, Debug)]
@@ -200,48 +198,6 @@ impl Arena {
         }
         arguments.push(rest);
         arguments
-    }
-
-    /// Which arguments decide nothing that the body gives, nor whether it fails: no step reads them.
-    pub fn ignored(&self, id: BodyId) -> Vec<bool> {
-        let body = self.body(id);
-        let mut read = vec![false; body.registers as usize];
-        let mut lists: Vec<&[Step]> = vec![&body.steps];
-        while let Some(steps) = lists.pop() {
-            for step in steps {
-                slots(self, &step.expressions()).into_iter().for_each(|slot| read[slot.index()] = true);
-                if let Step::Load { first, count, .. } = step {
-                    read[*first as usize..(first + count) as usize].fill(true);
-                }
-                lists.extend(step.inner());
-            }
-        }
-        body.outputs.iter().for_each(|output| read[output.register as usize] = true);
-        (0..body.inputs as usize).map(|k| !read[k]).collect()
-    }
-
-    /// The expression with 0 for arguments of bodies that decide nothing.
-    ///
-    /// A function may have such arguments for its derivative only (Modelica 3.6, section 12.7.1): what stands there is then no
-    /// unknown of the equation, but one of its derivative.
-    pub fn without_ignored(&mut self, root: NodeId) -> NodeId {
-        let zero = self.constant(0.0);
-        rewrite(self, root, |arena, node| {
-            let Node::Apply(body, output, list) = node else { return None };
-            let ignored = arena.ignored(body);
-            if !ignored.contains(&true) {
-                return None;
-            }
-            let mut arguments = arena.arguments(list);
-            for (argument, _) in arguments.iter_mut().zip(&ignored).filter(|(_, ignored)| **ignored) {
-                // A call within may fail, which must be heard.
-                if !contains(arena, *argument, |node| matches!(node, Node::Apply(..))) {
-                    *argument = zero;
-                }
-            }
-            let list = arena.argument_list(&arguments);
-            Some(arena.apply(body, output, list))
-        })
     }
 
     /// All bodies that the bodies given call, themselves included, in ascending order.

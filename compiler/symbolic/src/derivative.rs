@@ -232,8 +232,8 @@ fn shifted_exponential(arena: &Arena, id: NodeId) -> Option<(NodeId, NodeId)> {
     }
 }
 
-/// `(a/(k + exp(u)))' = -(a/(k + exp(u))) u'/(1 + k exp(-u))` for a constant `a`: the quotient of `exp(u)` and `k + exp(u)` is finite where the two are
-/// not, as in regularised signs `2/(1 + exp(-x/x0)) - 1` far from zero.
+/// `(a/(k + exp(u)))' = -(a/(k + exp(u))) u'/(1 + k exp(-u))` for a constant `a`: the quotient of `exp(u)` and `k + exp(u)`
+/// is finite where the two are not, as in regularised signs `2/(1 + exp(-x/x0)) - 1` far from zero.
 fn logistic(arena: &mut Arena, id: NodeId, (k, u): (NodeId, NodeId), du: NodeId) -> NodeId {
     let down = arena.neg(u);
     let fading = arena.call1(Function::Exp, down);

@@ -58,6 +58,7 @@ mod body;
 mod body_derivative;
 mod derivative;
 mod eval;
+mod ignored;
 mod machine;
 mod node;
 mod occurs;
@@ -75,6 +76,7 @@ pub use body::{Body, BodyOutput, Derivative, Step};
 pub use derivative::{gradient, partial, partial_time, tangent, time_derivative};
 pub use eval::{Evaluator, eval, operate};
 pub use hyd_system::math::Function;
+pub use ignored::without_ignored;
 pub use machine::{Limits, MACHINE_LIMITS, Machine};
 pub use node::{Arena, BodyId, Node, NodeId, Number, Relation, SlotId, Template, TemplateId, Templates};
 pub use occurs::{

@@ -78,18 +78,13 @@ impl Before {
         (t, span): (f64, f64),
         (y, yp): (&[f64], &[f64]),
     ) -> bool {
-        let held = held(problem);
-        let mut roots = vec![0.0; held.len()];
-        problem.system.roots(t, y, yp, &mut roots);
-        let mut switched = (0..held.len()).filter(|&k| held[k] != self.held[k]).peekable();
-        switched.peek().is_some()
-            && switched.all(|k| roots[k].abs() <= ROUNDING)
+        self.switched_within(ROUNDING, problem, t, (y, yp))
             && self.effect(problem, weights, (t, span), (y, yp)) == Effect::None
     }
 
-    /// True if all that is switched is as it was before the pass before (`earlier`), and this pass has moved the solution by no more than the
-    /// tolerance and hardly turned it: two truths of relations whose sides are equal within the tolerance lead to each other, and to the same
-    /// solution, as those of a switch without a current.
+    /// True if relations and discrete variables are what they were two passes ago (`earlier`), and the pass in between has neither moved the
+    /// unknowns beyond the tolerance nor changed their rates noticeably.  The sides of the relations that switch to and fro are equal within the
+    /// tolerance, and either truth gives the same solution: whether a switch without a current conducts does not matter.
     pub(crate) fn alternates(
         &self,
         earlier: &Before,
@@ -98,16 +93,19 @@ impl Before {
         (t, span): (f64, f64),
         (y, yp): (&[f64], &[f64]),
     ) -> bool {
+        earlier.held == held(problem)
+            && earlier.discrete == discrete_values(problem, t, (y, yp))
+            && self.switched_within(EQUAL * weights.tolerance(), problem, t, (y, yp))
+            && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
+    }
+
+    /// True if relations have switched, and the sides of each of them are no further apart.
+    fn switched_within(&self, apart: f64, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64])) -> bool {
         let held = held(problem);
-        if earlier.held != held || earlier.discrete != discrete_values(problem, t, (y, yp)) {
-            return false;
-        }
         let mut roots = vec![0.0; held.len()];
         problem.system.roots(t, y, yp, &mut roots);
         let mut switched = (0..held.len()).filter(|&k| held[k] != self.held[k]).peekable();
-        switched.peek().is_some()
-            && switched.all(|k| roots[k].abs() <= EQUAL * weights.tolerance())
-            && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
+        switched.peek().is_some() && switched.all(|k| roots[k].abs() <= apart)
     }
 }
 

@@ -103,8 +103,8 @@ pub(crate) fn settle(
         if let Some(sensitivity) = sensitivity.as_deref_mut() {
             sensitivity.consistent(problem, (Stage::Event, t), y, yp)?;
         }
-        // What changes is the truth of relations whose sides are equal but for rounding; `reinit` and `terminate` may wait for a
-        // repetition, which lets relations be.
+        // Only relations whose sides are equal but for rounding have switched; where `reinit` or `terminate` have not had their turn, one
+        // more pass with the same relations gives it to them.
         by_rounding = !change.reinitialised
             && before_pass.as_ref().is_some_and(|own| own.differs_by_rounding(problem, weights, (t, span), (y, yp)));
         if by_rounding && !change.unsettled {

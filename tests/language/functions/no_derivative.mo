@@ -1,5 +1,5 @@
 // A function whose derivative is known from other arguments: the author says that their rates are not needed, and the second component of
-// `u` is no unknown of the equation of the position, but one of its derivative.
+// `u` is not an unknown of the equation of the position, but one of its derivative.
 package P
   function position
     input Real u[3];

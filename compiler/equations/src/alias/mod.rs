@@ -84,9 +84,15 @@ fn follow_chains(system: &mut EquationSystem) {
     }
 }
 
-fn discrete_starts(system: &EquationSystem) -> FxHashMap<VarId, f64> {
-    let is_discrete = |v: &VarId| !system.roles[*v].is_continuous();
-    fixed_starts(system).into_iter().filter(|(v, _)| is_discrete(v)).collect()
+/// The discrete variables that start at a value of their own, with that value where it is a number.
+fn discrete_starts(system: &EquationSystem) -> FxHashMap<VarId, Option<f64>> {
+    let numbers = fixed_starts(system);
+    let discrete = system.roles.iter_enumerated().filter(|(_, role)| **role == Role::Discrete).map(|(v, _)| v);
+    let fixed = discrete.filter(|&v| {
+        let (block, k) = system.flat.locate(v);
+        system.flat.variables[block].fixed.get(k) && !system.fixed_by_others.contains(&v)
+    });
+    fixed.map(|v| (v, numbers.get(&v).copied())).collect()
 }
 
 struct Pass {
@@ -101,8 +107,8 @@ struct Pass {
     /// Work space: what happens to each slot of an equation, and what it reads then.
     changes: Vec<Change>,
     resolved: Vec<Operand>,
-    /// What discrete variables start at, by the root of their class.
-    discrete_starts: FxHashMap<VarId, f64>,
+    /// What discrete variables start at, by the root of their class; nothing where that is not a number.
+    discrete_starts: FxHashMap<VarId, Option<f64>>,
 }
 
 impl Pass {
@@ -190,12 +196,12 @@ impl Pass {
         }
     }
 
-    /// Discrete variables that start at different values have different values at `pre` of the first event: their equation stays.
+    /// The equation of discrete variables that may start at different values stays: `pre` of them at the first event is not the same.
     fn equate_discrete(&mut self, v: VarId, w: VarId) -> bool {
         let [one, other] = [v, w].map(|v| self.classes.find(v).0);
         let starts = [one, other].map(|root| self.discrete_starts.get(&root).copied());
         if let [Some(first), Some(second)] = starts
-            && first != second
+            && (first != second || first.is_none())
         {
             return false;
         }

@@ -20,8 +20,11 @@ use crate::state::index::Slots;
 use crate::state::node::Typed;
 use crate::state::steps::{Builder, KnownBody};
 
-/// Most registers of a body: its arrays together.
+/// Most registers of a body: its arrays together.  A call takes half of the stack of nested calls then
+/// ([`hyd_symbolic::MACHINE_LIMITS`]).
 const MAX_REGISTERS: u32 = 1 << 15;
+/// Most operands of the equations that a call of a body becomes, one for each of its outputs; beyond that memory is counted in gigabytes.
+const MAX_OPERANDS: u64 = 1 << 20;
 
 impl Flattener<'_, '_> {
     /// A call of the compiled function.
@@ -54,9 +57,17 @@ impl Flattener<'_, '_> {
             // Only a body may call what is not finished: the function between must become one.
             return self.opaque(span);
         }
+        let count = self.model.templates.arena.body(id).outputs.len() as u32;
+        if arguments.len() as u64 * u64::from(count) > MAX_OPERANDS {
+            let message = format!(
+                "`{}` gives {count} numbers from {}: each would be an equation of all of them, more than {MAX_OPERANDS} operands",
+                callee.name(),
+                arguments.len()
+            );
+            return Err(self.error(Code::Limit, span, message));
+        }
         let arena = &mut self.model.templates.arena;
         let list = arena.argument_list(&arguments);
-        let count = arena.body(id).outputs.len() as u32;
         let mut nodes: Vec<NodeId> = Vec::with_capacity(count as usize);
         for k in 0..count {
             nodes.push(arena.apply(id, k, list));

@@ -2,7 +2,8 @@
 //!
 //! The body of the function learns which body computes its derivative and which inputs have a rate there; differentiation
 //! then calls it.  `zeroDerivative` makes it valid only where an input does not vary, `noDerivative` leaves the rate of an
-//! input out, which makes it valid along solutions of the model only, `order = 2` stands at the first derivative.  Functions of records are differentiated by the compiler.
+//! input out, which makes it valid along solutions of the model only, `order = 2` stands at the first derivative.  Functions of records
+//! are differentiated by the compiler.
 
 use std::rc::Rc;
 

@@ -26,7 +26,13 @@ pub(crate) fn call(name: &str, arguments: &[Value], files: DataFiles<'_>) -> Opt
     let mut lines = text.lines().map(Name::from);
     Some(match function {
         "countLines" => Ok(Value::Integer(lines.count() as i64).into()),
-        "readFile" => Ok(Given { value: None, set: vec![(1, Value::array(lines.map(Value::Text).collect()))] }),
+        "readFile" => {
+            let (found, wanted) = (text.lines().count(), arguments.get(2).and_then(Value::as_integer)?);
+            if usize::try_from(wanted) != Ok(found) {
+                return Some(Err(format!("`{file}` has {found} lines, and {wanted} are asked for")));
+            }
+            Ok(Given { value: None, set: vec![(1, Value::array(lines.map(Value::Text).collect()))] })
+        }
         _ => {
             let number = arguments.get(1).and_then(Value::as_integer)?;
             let Some(place) = usize::try_from(number).ok().and_then(|number| number.checked_sub(1)) else {
@@ -65,6 +71,8 @@ mod tests {
         );
         assert!(line(0).is_err_and(|sentence| sentence.contains("lines count from 1")));
         let all = Value::array(["one", "", "three"].map(text).to_vec());
-        assert_eq!(asked("readFile", &[text("")]), Ok(Given { value: None, set: vec![(1, all)] }));
+        let read = |n: i64| asked("readFile", &[text(""), Value::Integer(n)]);
+        assert!(read(2).is_err_and(|sentence| sentence.contains("has 3 lines, and 2 are asked for")));
+        assert_eq!(read(3), Ok(Given { value: None, set: vec![(1, all)] }));
     }
 }
