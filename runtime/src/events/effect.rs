@@ -99,6 +99,20 @@ impl Before {
             && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
     }
 
+    /// True if the pass has switched nothing but relations whose sides are equal within the tolerance, and has neither moved the unknowns beyond
+    /// it nor changed a discrete variable or a rate noticeably.  Many such relations switch in no order that would repeat.
+    pub(crate) fn switches_what_is_equal(
+        &self,
+        problem: &mut Problem<'_>,
+        weights: &Weights,
+        (t, span): (f64, f64),
+        (y, yp): (&[f64], &[f64]),
+    ) -> bool {
+        self.discrete == discrete_values(problem, t, (y, yp))
+            && self.switched_within(EQUAL * weights.tolerance(), problem, t, (y, yp))
+            && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
+    }
+
     /// True if relations have switched, and the sides of each of them are no further apart.
     fn switched_within(&self, apart: f64, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64])) -> bool {
         let held = held(problem);
