@@ -343,7 +343,8 @@ fn whole_quotient(arena: &mut Arena, function: Function, a: NodeId, b: NodeId) -
     arena.call1(Function::Floor, quotient)
 }
 
-/// `(u^v)' = v u^(v-1) u' + u^v log(u) v'`, the second term 0 at `u = 0`, where `0^v` is 0 for all positive `v`.
+/// `(u^v)' = v u^(v-1) u' + u^v log(u) v'`, the second term 0 up to `u = 0`: `0^v` is 0 for all positive `v`, and below zero only
+/// integers `v` give a value, so that `v` stands still there.
 fn power(arena: &mut Arena, id: NodeId, (u, du): Operand, (v, dv): Operand) -> Option<NodeId> {
     let base = du.map(|du| {
         let one = arena.constant(1.0);
@@ -355,10 +356,10 @@ fn power(arena: &mut Arena, id: NodeId, (u, du): Operand, (v, dv): Operand) -> O
     });
     let exponent = dv.map(|dv| {
         let zero = arena.constant(0.0);
-        let at_zero = arena.compare(Relation::Equal, u, zero);
+        let has_log = arena.compare(Relation::Greater, u, zero);
         let log = arena.call1(Function::Log, u);
         let outer = arena.mul(id, log);
-        let outer = arena.select(at_zero, zero, outer);
+        let outer = arena.select(has_log, outer, zero);
         chain(arena, outer, dv)
     });
     plus(arena, base, exponent)
@@ -455,7 +456,7 @@ mod tests {
             (Function::Atan2, "y/(y*y + x*x)", "-y/(x*x + y*y)"),
             (Function::Min, "if noEvent(x <= y) then 1 else 0", "if noEvent(y <= x) then 0 else 1"),
             (Function::Max, "if noEvent(x >= y) then 1 else 0", "if noEvent(y >= x) then 0 else 1"),
-            (Function::Pow, "y*x^(y - 1)", "if noEvent(y == 0) then 0 else y^x*log(y)"),
+            (Function::Pow, "y*x^(y - 1)", "if noEvent(y > 0) then y^x*log(y) else 0"),
             (Function::Div, "0", "0"),
             (Function::Mod, "1", "-floor(y/x)"),
             (Function::Rem, "1", "-div(y, x)"),

@@ -8,6 +8,7 @@
 
 use crate::node::{Arena, Node, NodeId, SlotId};
 use crate::order::post_order;
+use hyd_system::math::Function;
 use rustc_hash::FxHashMap;
 
 /// What a slot is equal to.
@@ -24,7 +25,8 @@ pub fn solve_for(arena: &mut Arena, left: NodeId, right: NodeId, slot: SlotId) -
     solve(arena, (left, right), slot, false)
 }
 
-/// As [`solve_for`], also where the slot occurs once, in what a number is divided by: `a = 2/x` gives `x = 2/a`.
+/// As [`solve_for`], also where the slot occurs once, in what a number is divided by or in a logarithm: `a = 2/x` gives `x = 2/a`, and
+/// `a = log(x)` gives `x = exp(a)`.
 pub fn isolate(arena: &mut Arena, left: NodeId, right: NodeId, slot: SlotId) -> Option<Solution> {
     solve(arena, (left, right), slot, true)
 }
@@ -57,7 +59,7 @@ fn uses(arena: &Arena, order: &[NodeId], slot: SlotId) -> FxHashMap<NodeId, u32>
 }
 
 /// Solves `target = other` for the slot that occurs once in `target`, by inverting one operation after the other.
-/// With `inverts` a quotient by what the slot is in is one of them.
+/// With `inverts` a quotient by what the slot is in is one of them, and so is a logarithm.
 fn peel(
     arena: &mut Arena,
     target: NodeId,
@@ -99,6 +101,16 @@ fn peel(
             Node::Div(a, b) if inverts && arena.as_constant(a).is_some_and(|number| number != 0.0) => {
                 value = divide(arena, a, value, &mut divisors)?;
                 b
+            }
+            // Both have one inverse, which has a value everywhere.
+            Node::Call1(Function::Log, a) if inverts => {
+                value = arena.call1(Function::Exp, value);
+                a
+            }
+            Node::Call1(Function::Log10, a) if inverts => {
+                let ten = arena.constant(10.0);
+                value = arena.pow(ten, value);
+                a
             }
             _ => return None,
         }
@@ -192,7 +204,6 @@ mod tests {
     use super::*;
     use crate::node::Relation;
     use crate::print::print;
-    use hyd_system::math::Function;
 
     /// Solves over slots named a, b, x, y for x; the printed value and divisors.
     fn solved(make: impl Fn(&mut Arena, [NodeId; 4]) -> (NodeId, NodeId)) -> Option<String> {
