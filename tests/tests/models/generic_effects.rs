@@ -221,6 +221,10 @@ fn cases() -> Vec<Case> {
             |t| 3.0 * (t.sin() - 0.5 * t.cos() + 0.5 * (-2.0 * t).exp()) / 1.25,
             1e-5,
         ),
+        Case {
+            from: 1.0,
+            ..law("Actuation.ActuatorDeadTime", "tau = SIZE", 0.1, DRIVE, |t| 3.0 * (t - 0.1).sin(), 1e-5)
+        },
         law("Actuation.ActuatorLimit", "c = SIZE, u_m = 3", 0.4, DRIVE, |t| (3.0 * t.sin()).clamp(-1.8, 1.8), 2e-3),
         law("Sensing.Offset", "b = SIZE", 0.5, CHAIN, |t| 3.0 * t.sin() + 0.5, 1e-9),
         law("Sensing.SensorGain", "e = SIZE", 0.2, CHAIN, |t| 3.6 * t.sin(), 1e-9),
