@@ -21,6 +21,13 @@ use crate::state::index::{Affine, advance};
 /// An element of an overdetermined record.
 pub(crate) type Node = (InstId, u32);
 
+/// What a text names: the first element, and how many there are.
+struct Named {
+    inst: InstId,
+    place: Affine,
+    count: u32,
+}
+
 /// A relation between two nodes, by their numbers.
 struct Edge {
     ends: [u32; 2],
@@ -188,25 +195,31 @@ impl Flattener<'_, '_> {
             if cx.counts.contains(&0) {
                 return Ok(());
             }
-            let mut node = |expr: &Expr| flat.record_named(expr, cx);
+            let mut node = |expr: &Expr| flat.records_named(expr, cx);
             let (first, second) = match said {
                 Overdetermined::Branch(a, b) => (node(a)?, Some(node(b)?)),
                 Overdetermined::Root(a) | Overdetermined::PotentialRoot(a, _) => (node(a)?, None),
             };
+            if second.as_ref().is_some_and(|second| second.count != first.count) {
+                let message = "the two that a branch relates have different sizes";
+                return Err(flat.error(Code::ArrayShape, span, message));
+            }
             let counts = cx.loop_counts();
             let mut counters = vec![0i64; counts.len()];
             for _ in 0..counts.iter().product() {
-                let at = |(inst, place): &(InstId, Affine)| (*inst, place.at(&counters) as u32);
-                let graph = &mut flat.graph;
-                let one = graph.node(at(&first));
-                match (said, &second) {
-                    (Overdetermined::Root(_), _) => graph.roots.push((one, span)),
-                    (Overdetermined::PotentialRoot(_, priority), _) => graph.potential.push((one, *priority)),
-                    (_, Some(second)) => {
-                        let ends = [one, graph.node(at(second))];
-                        graph.branches.push(Edge { ends, span });
+                for k in 0..first.count {
+                    let at = |named: &Named| (named.inst, named.place.at(&counters) as u32 + k);
+                    let graph = &mut flat.graph;
+                    let one = graph.node(at(&first));
+                    match (said, &second) {
+                        (Overdetermined::Root(_), _) => graph.roots.push((one, span)),
+                        (Overdetermined::PotentialRoot(_, priority), _) => graph.potential.push((one, *priority)),
+                        (_, Some(second)) => {
+                            let ends = [one, graph.node(at(second))];
+                            graph.branches.push(Edge { ends, span });
+                        }
+                        _ => {}
                     }
-                    _ => {}
                 }
                 advance(&mut counters, &counts);
             }
@@ -214,13 +227,22 @@ impl Flattener<'_, '_> {
         });
     }
 
-    /// The record that an expression names, and the place of its element.
-    fn record_named(&mut self, expr: &Expr, cx: &mut Context) -> Result<(InstId, Affine), Fail> {
+    /// The record that an expression names, or all elements of an array of records.
+    fn records_named(&mut self, expr: &Expr, cx: &mut Context) -> Result<Named, Fail> {
         let Some(variable) = expr.variable() else { return Err(Fail::Reported) };
-        if !self.steps_shape(&variable.steps, cx)?.is_empty() {
-            return Err(self.error(Code::ArrayShape, expr.span, "one record is needed here, not an array of them"));
+        let (inst, shape) = (variable.last(), self.steps_shape(&variable.steps, cx)?);
+        if shape != self.scopes.instances[inst].dims && !shape.is_empty() {
+            let message = "a record or a whole array of them is needed here, not a part of an array";
+            return Err(self.error(Code::ArrayShape, expr.span, message));
         }
-        Ok((variable.last(), self.position_of(expr.span, &variable.steps, cx, &[])?.0))
+        let count = shape.iter().product::<usize>() as u32;
+        // The elements of the array itself stand in a row.
+        let first = vec![Affine::constant(0); shape.len()];
+        let place = match count {
+            0 => Affine::constant(0),
+            _ => self.position_of(expr.span, &variable.steps, cx, &first)?.0,
+        };
+        Ok(Named { inst, place, count })
     }
 
     /// Breaks what connections determine twice, and says where each record stands, for equations that ask.
