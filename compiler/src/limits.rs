@@ -3,11 +3,11 @@
 //! Modelica 3.6, section 4.9.1: values outside the limits are an error.  What variables do during a run is not known
 //! here, but where they begin often is.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use hyd_equations::{SortedSystem, parameter_values};
 use hyd_flat::{Section, Target, VarId, VariableBlock};
-use hyd_source::{Code, Diagnostic, Span};
+use hyd_source::{Code, Diagnostic, FileId, Severity, Span};
 use hyd_system::given::{self, Elements, Outside};
 use hyd_system::{ValueKind, Variability};
 
@@ -42,8 +42,10 @@ pub(crate) fn check_starts(sorted: &SortedSystem) -> Vec<Diagnostic> {
     messages
 }
 
-/// A message for every parameter and constant whose value is outside its limits.  `set`: values from outside by path.
-pub(crate) fn check_limits(sorted: &SortedSystem, set: &[(String, String)]) -> Vec<Diagnostic> {
+/// A message for every parameter and constant whose value is outside its limits; one for all that have value and limit from the same
+/// places.  `set`: values from outside by path.  A value that a text of a library (no `own` file) gives against a limit that such a text
+/// states is a warning: other tools take such libraries.
+pub(crate) fn check_limits(sorted: &SortedSystem, set: &[(String, String)], own: &BTreeSet<FileId>) -> Vec<Diagnostic> {
     let flat = &sorted.system.flat;
     let limited = |block: &&VariableBlock| {
         let bounded = (0..block.count as usize).any(|k| block.min.get(k).is_finite() || block.max.get(k).is_finite());
@@ -56,6 +58,7 @@ pub(crate) fn check_limits(sorted: &SortedSystem, set: &[(String, String)]) -> V
     let set = values_given(&flat.variables.raw, set);
     let values = parameter_values(sorted, &|v| set.get(&v).copied());
     let mut messages = Vec::new();
+    let mut places: Vec<((Option<Span>, Option<Span>), usize)> = Vec::new();
     for block in blocks {
         for k in 0..block.count as usize {
             let v = VarId(block.first.0 + k as u32);
@@ -64,10 +67,27 @@ pub(crate) fn check_limits(sorted: &SortedSystem, set: &[(String, String)]) -> V
                 continue;
             };
             let place = binding_span(sorted, v).filter(|_| !set.contains_key(&v));
-            messages.push(message(block, outside, place));
-            if messages.len() == MOST {
-                return messages;
+            let limit_at = block.limit_spans[usize::from(!outside.is_below)];
+            if let (Some(_), Some(more)) = (place, places.iter_mut().find(|(known, _)| *known == (place, limit_at))) {
+                more.1 += 1;
+                continue;
             }
+            if messages.len() == MOST {
+                continue;
+            }
+            let mut told = message(block, outside, place);
+            let of_library = |span: Option<Span>| span.is_some_and(|span| !own.contains(&span.file));
+            if of_library(place) && of_library(limit_at) {
+                told.severity = Severity::Warning;
+                told.notes.push("value and limit are stated in libraries: the value is taken as it is".to_string());
+            }
+            messages.push(told);
+            places.push(((place, limit_at), 0));
+        }
+    }
+    for (told, (_, more)) in messages.iter_mut().zip(places) {
+        if more > 0 {
+            told.notes.push(format!("{more} more with this value and this limit"));
         }
     }
     messages

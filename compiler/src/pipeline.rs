@@ -405,7 +405,8 @@ fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, (terms, l
     result.system = attempt.system;
     result.reduced = attempt.reduced;
     let Some(mut sorted) = attempt.sorted else { return };
-    result.diagnostics.extend(check_limits(&sorted, &options.set));
+    let own = result.own_files.clone();
+    result.diagnostics.extend(check_limits(&sorted, &options.set, &own));
     result.diagnostics.extend(check_starts(&sorted));
     let jacobian = result.stage(options.clock, "differentiate", |_| {
         hyd_equations::differentiate(&mut sorted.system, &sorted.simulation)

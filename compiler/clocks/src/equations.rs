@@ -30,6 +30,7 @@ pub(crate) fn variable(flat: &mut FlatModel, name: String, kind: ValueKind, orig
         min: PerElement::All(f64::NEG_INFINITY),
         max: PerElement::All(f64::INFINITY),
         limit_spans: [None, None],
+        at_any_time: false,
         nominal: PerElement::All(None),
         state_select: PerElement::All(StateSelect::Default),
         origin: origin.clone(),

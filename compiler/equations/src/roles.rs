@@ -60,7 +60,7 @@ fn declared_role(block: &VariableBlock) -> Role {
         Variability::Constant => Role::Constant,
         Variability::Parameter => Role::Parameter,
         Variability::Discrete => Role::Discrete,
-        Variability::Continuous if block.kind != ValueKind::Real => Role::Discrete,
+        Variability::Continuous if block.kind != ValueKind::Real && !block.at_any_time => Role::Discrete,
         Variability::Continuous => Role::Algebraic,
     }
 }

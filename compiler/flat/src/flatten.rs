@@ -67,6 +67,7 @@ impl<'t, 's> Flattener<'t, 's> {
             range_checks: FxHashMap::default(),
             clock_around: None,
             tables_known: Vec::new(),
+            lists_known: Default::default(),
             pass: Pass::Connections,
             numbers: FxHashMap::default(),
             canonical: FxHashMap::default(),

@@ -103,6 +103,8 @@ pub struct VariableBlock {
     pub max: PerElement<f64>,
     /// Where `min` and `max` are stated.
     pub limit_spans: [Option<Span>; 2],
+    /// A number of a record that is not Real and yet follows from continuous values, which changes at any time.
+    pub at_any_time: bool,
     /// The `nominal` attribute, `None` if not stated.
     pub nominal: PerElement<Option<f64>>,
     /// The `stateSelect` attribute.

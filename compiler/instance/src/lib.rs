@@ -28,5 +28,5 @@ pub use instantiation::scopes::{Found, Override, Rooting, Scopes};
 pub use instantiation::size::names_boolean;
 pub use instantiation::tree::{InstanceTree, Instances};
 pub use values::evaluate::Env;
-pub use values::function_components::FunctionComponent;
+pub use values::function_components::{FunctionComponent, in_order_of_values};
 pub use values::value::{EnumType, Value};

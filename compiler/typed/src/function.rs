@@ -12,7 +12,7 @@ use hyd_syntax::tree::{self as text, ClassDef, Component, Direction, ExprKind, I
 use crate::expression::{Callee, Expr, Kind};
 use crate::statement::{Statement, StatementKind};
 use crate::types::{Base, Type};
-use crate::walk::{mentions, walk_statements};
+use crate::walk::{any_local, mentions, walk_statements};
 
 /// What a call needs to know of a function.
 #[derive(Debug)]
@@ -105,6 +105,8 @@ pub struct Function {
     pub external: Option<External>,
     /// An equation, which a function cannot hold.
     pub equation: Option<Span>,
+    /// Positions of all variables but the inputs, see [`Function::others`].
+    pub(crate) order: Vec<usize>,
 }
 
 impl Function {
@@ -123,9 +125,9 @@ impl Function {
         self.variables.iter().filter(|v| v.direction == Some(Direction::Output))
     }
 
-    /// All but the inputs.
+    /// All but the inputs, each behind those that its declaration reads.
     pub fn others(&self) -> impl Iterator<Item = &Declaration> {
-        self.variables.iter().filter(|v| v.direction != Some(Direction::Input))
+        self.order.iter().map(|&k| &self.variables[k])
     }
 
     /// `annotation(GenerateEvents = true)`: relations inside cause events (Modelica 3.6, section 12.8).
@@ -146,7 +148,43 @@ impl Function {
 
     /// True if a variable or an output of it has a size that mentions the input.
     pub fn decides_sizes(&self, input: &Name) -> bool {
-        self.others().flat_map(|v| &v.dims).any(|dim| mentions(dim, input))
+        self.sizing_names().iter().any(|(name, _)| name == input)
+    }
+
+    /// Names, and the fields of them, that sizes mention, and declared values of variables that sizes mention.
+    fn sizing_names(&self) -> Vec<(Name, Option<Name>)> {
+        let mut found: Vec<(Name, Option<Name>)> = Vec::new();
+        let mut open: Vec<&Expr> = self.others().flat_map(|v| &v.dims).collect();
+        while let Some(expr) = open.pop() {
+            let mut new = Vec::new();
+            any_local(expr, &mut |local| {
+                let field = local.parts.get(1).map(|(field, _)| field.name.clone());
+                let named = (local.name().clone(), field);
+                if !found.contains(&named) {
+                    new.push(named.0.clone());
+                    found.push(named);
+                }
+                false
+            });
+            let of_new = |v: &&Declaration| new.contains(&v.name.name);
+            open.extend(self.others().filter(of_new).filter_map(|v| v.value.as_ref()));
+        }
+        found
+    }
+
+    /// True if a declaration or a statement of it mentions the name.
+    pub fn reads(&self, name: &Name) -> bool {
+        let declared = |v: &Declaration| v.dims.iter().chain(&v.value).any(|expr| mentions(expr, name));
+        let mut found = self.external.is_some() || self.variables.iter().any(declared);
+        for (_, statements) in &self.algorithms {
+            walk_statements(statements, &mut |expr| found |= mentions(expr, name), &mut |_| ());
+        }
+        found
+    }
+
+    /// The fields of an input that sizes of variables or outputs of it mention.
+    pub fn sizing_fields(&self, input: &Name) -> Vec<Name> {
+        self.sizing_names().into_iter().filter(|(name, _)| name == input).filter_map(|(_, field)| field).collect()
     }
 
     /// Whether a String is nothing but a text for people: it stands in messages, or goes to a function whose effect is outside of the

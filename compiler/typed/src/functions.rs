@@ -79,6 +79,10 @@ impl Elaborator<'_, '_> {
     fn whole_function(&mut self, local: &LocalClass, shape: Rc<Shape>, components: Vec<FunctionComponent>) -> Function {
         let inst = self.scope.inst;
         let types: Vec<Type> = self.locals.iter().map(|(_, ty)| ty.clone()).collect();
+        let place = |name: &Name| components.iter().position(|own| own.component.name.name == *name);
+        let ordered = hyd_instance::in_order_of_values(components.clone());
+        let others = ordered.iter().filter(|own| own.component.direction != Some(Direction::Input));
+        let order = others.filter_map(|own| place(&own.component.name.name)).collect();
         let mut variables = Vec::with_capacity(components.len());
         for (FunctionComponent { frame, component: text, value_scope }, ty) in components.into_iter().zip(types) {
             // The values of inputs are those of the class as a whole.
@@ -115,6 +119,6 @@ impl Elaborator<'_, '_> {
             }
         }
         let def = self.scopes.table.class(local.class).def.clone();
-        Function { inst, class: local.clone(), def, shape, variables, algorithms, external, equation }
+        Function { inst, class: local.clone(), def, shape, variables, algorithms, external, equation, order }
     }
 }

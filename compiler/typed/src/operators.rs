@@ -36,6 +36,17 @@ impl Elaborator<'_, '_> {
         if functions.is_empty() {
             return Ok(None);
         }
+        if is_element_by_element(op) {
+            // Of elements only functions of scalars tell (10.6.3): `'*'` of two vectors is something else.
+            let mut scalar = Vec::with_capacity(functions.len());
+            for function in functions {
+                let signature = self.signature(&function)?;
+                if signature.inputs.iter().take(2).all(|(_, wanted)| wanted.rank == 0) {
+                    scalar.push(function);
+                }
+            }
+            functions = scalar;
+        }
         let plain = [a.clone(), b.clone()];
         if let Some(fit) = self.fitting(&functions, &plain)? {
             return self.operator_call(span, fit.function, plain.to_vec()).map(Some);
@@ -165,6 +176,17 @@ fn fits(given: &Type, wanted: &Type) -> Option<usize> {
 /// Records of the same fields (6.7): one may stand for the other.
 fn alike(a: &RecordType, b: &RecordType) -> bool {
     a.fields.len() == b.fields.len() && a.fields.iter().zip(&b.fields).all(|((x, _), (y, _))| x == y)
+}
+
+fn is_element_by_element(op: BinaryOp) -> bool {
+    matches!(
+        op,
+        BinaryOp::ElementAdd
+            | BinaryOp::ElementSub
+            | BinaryOp::ElementMul
+            | BinaryOp::ElementDiv
+            | BinaryOp::ElementPow
+    )
 }
 
 fn operator_name(op: BinaryOp) -> Option<&'static str> {

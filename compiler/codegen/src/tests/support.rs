@@ -149,6 +149,7 @@ impl Maker {
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],
+            at_any_time: false,
             nominal: PerElement::All(Some(10.0)),
             state_select: PerElement::All(StateSelect::Default),
             origin: Origin { path: "".into(), span: Span::new(FileId(0), 0, 0) },

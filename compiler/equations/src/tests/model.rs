@@ -88,6 +88,7 @@ impl Model {
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],
+            at_any_time: false,
             nominal: PerElement::All(None),
             state_select: PerElement::All(StateSelect::Default),
             origin: self.origin(),

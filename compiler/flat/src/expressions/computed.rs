@@ -12,12 +12,16 @@ use hyd_typed::{Expr, Kind, Type, Variable};
 
 use crate::expressions::reference::Subscript;
 use crate::functions::rename::local_name;
+use crate::functions::table_body;
 use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
 use crate::state::form::Form;
 use crate::state::index::Affine;
 use crate::state::node::Typed;
 use crate::state::steps::Builder;
+
+/// Constants of an array from which a function of their position is shorter than copying them for each element that is asked for.
+const LONG_LIST: usize = 16;
 
 /// One subscript inside a body.
 pub(crate) enum Position {
@@ -135,10 +139,38 @@ impl Flattener<'_, '_> {
             };
             offsets = self.shifted(&offsets, &position, size, shape.len() > 1);
         }
+        let numbers: Option<Vec<f64>> =
+            items.iter().map(|item| self.model.templates.arena.as_constant(item.node)).collect();
+        if let Some(numbers) = numbers.filter(|numbers| numbers.len() >= LONG_LIST) {
+            return Ok(self.element_of_list(&numbers, offsets[0], scalar));
+        }
         let first = self.in_a_row(items);
         let to = self.registers(1).start;
         self.step(Step::Load { to, first, count: items.len() as u32, index: offsets[0] });
         Ok(Typed { node: self.model.templates.arena.slot(SlotId(to)), scalar })
+    }
+
+    /// An element of an array of constants, which takes no registers: a function of the position finds it by halves.
+    fn element_of_list(&mut self, numbers: &[f64], index: NodeId, scalar: ScalarType) -> Typed {
+        let bits: Vec<u64> = numbers.iter().map(|number| number.to_bits()).collect();
+        let list = match self.lists_known.get(&bits) {
+            Some(&known) => known,
+            None => {
+                let made = table_body::of_list(&mut self.model.templates.arena, "constants", numbers);
+                self.lists_known.insert(bits, made);
+                made
+            }
+        };
+        let arena = &mut self.model.templates.arena;
+        let (zero, count) = (arena.constant(0.0), arena.constant(numbers.len() as f64));
+        let (from, to) =
+            (arena.compare(Relation::GreaterEqual, index, zero), arena.compare(Relation::Less, index, count));
+        let is_inside = arena.and(from, to);
+        let text = format!("a subscript is outside of an array of {} elements", numbers.len());
+        self.step(Step::Check(is_inside, text.into()));
+        let to = self.registers(1).start;
+        self.step(Step::Call { body: list, arguments: vec![index], results: vec![to] });
+        Typed { node: self.model.templates.arena.slot(SlotId(to)), scalar }
     }
 
     /// Offsets after one more dimension; with several dimensions an index outside its own becomes one outside of all.

@@ -369,7 +369,10 @@ impl Flattener<'_, '_> {
             return Ok(record);
         }
         if expr.ty.is_text() && expr.ty.rank > 0 {
-            let (env, _) = cx.env();
+            let (env, complete) = cx.env();
+            if !complete && cx.has_counter_in(expr) {
+                return Err(Fail::NeedsExpansion);
+            }
             return Ok(Local::Value(self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)?));
         }
         if expr.ty.is_text() {

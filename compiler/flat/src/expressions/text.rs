@@ -42,9 +42,12 @@ impl Flattener<'_, '_> {
 
     /// A String known at translation.
     pub(crate) fn text_value(&mut self, expr: &Expr, cx: &Context) -> Result<String, Fail> {
-        let (env, _) = cx.env();
+        let (env, complete) = cx.env();
         if let Kind::Failed(said, _) = &expr.kind {
             return Err(self.say(said));
+        }
+        if !complete && cx.has_counter_in(expr) {
+            return Err(Fail::NeedsExpansion);
         }
         Ok(match self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)? {
             Value::Text(text) => text.to_string(),
@@ -98,7 +101,10 @@ impl Flattener<'_, '_> {
             return Err(Fail::NeedsExpansion);
         }
         let (env, _) = cx.env();
-        let fixed = match known.then(|| self.scopes.evaluate(&expr.evaluable(), cx.scope, &env)) {
+        // What has no value for all elements of an array (`getInstanceName()`) stands in a text for people as it is written.
+        let evaluate =
+            |flat: &mut Self| flat.scopes.quietly(|scopes| scopes.evaluate(&expr.evaluable(), cx.scope, &env));
+        let fixed = match known.then(|| evaluate(self)) {
             Some(Ok(Value::Text(text))) => Some(text.to_string()),
             _ => None,
         };

@@ -14,6 +14,12 @@ use crate::state::context::{Closure, Context, Fail, Local};
 use crate::state::flattener::Flattener;
 use crate::state::index::Affine;
 
+/// True for the name of a variable of a function that nothing has given a value on the way here.
+fn is_unset_number(expr: &Expr, cx: &Context) -> bool {
+    let is_number = expr.ty == hyd_typed::Type::scalar(ScalarType::Real);
+    matches!(&expr.kind, Kind::Local(name) if is_number && cx.local(name.name()).is_none())
+}
+
 impl Context {
     /// The surroundings of the text of a function that is called from here, without names.
     pub(crate) fn inside(&self, function: &Function) -> Context {
@@ -152,13 +158,20 @@ impl Flattener<'_, '_> {
                 (Some(expr), _) => {
                     let local = match self.size_given(expr, callee, input, cx)? {
                         Some(size) => size,
+                        // What the function does not read may be anything.
+                        None if is_unset_number(expr, cx) && !callee.reads(&input.name.name) => {
+                            Local::Node(self.literal(0.0, ScalarType::Real))
+                        }
                         None if input.ty.is_text()
                             && input.ty.rank == 0
                             && self.only_shows(callee, &input.name.name, cx.scope) =>
                         {
                             self.shown_text(expr, cx)?
                         }
-                        None => self.argument(expr, cx)?,
+                        None => {
+                            let local = self.argument(expr, cx)?;
+                            self.with_sizing_fields(expr, callee, input, local, cx)?
+                        }
                     };
                     let outer = self.check_argument(expr, input, &local)?;
                     spans.push(Some(expr.span));
@@ -194,7 +207,42 @@ impl Flattener<'_, '_> {
     ) -> Result<Option<Local>, Fail> {
         let decides =
             input.ty == hyd_typed::Type::scalar(ScalarType::Integer) && callee.decides_sizes(&input.name.name);
-        if !decides || cx.depth > 0 || !self.known_before_run(expr) {
+        if !decides {
+            return Ok(None);
+        }
+        self.size_known(expr, cx)
+    }
+
+    /// A record with the integers in it that decide sizes inside the function as numbers, where parameters give them.
+    fn with_sizing_fields(
+        &mut self,
+        expr: &Expr,
+        callee: &Function,
+        input: &Declaration,
+        local: Local,
+        cx: &mut Context,
+    ) -> Result<Local, Fail> {
+        let (Local::Record(mut fields), Kind::Variable(variable)) = (local.clone(), &expr.kind) else {
+            return Ok(local);
+        };
+        let children = self.scopes.instances[variable.last()].children.clone();
+        for name in callee.sizing_fields(&input.name.name) {
+            let child = children.iter().copied().find(|&child| self.scopes.instances[child].name == name);
+            let (Some(child), Some(field)) = (child, fields.iter_mut().find(|field| field.0 == name)) else { continue };
+            let component = self.component_of(expr, variable, child);
+            let scalar = |scalar| component.ty == hyd_typed::Type::scalar(scalar);
+            if (scalar(ScalarType::Integer) || scalar(ScalarType::Boolean))
+                && let Some(size) = self.size_known(&component, cx)?
+            {
+                field.1 = size;
+            }
+        }
+        Ok(Local::Record(fields))
+    }
+
+    /// The value of an Integer or Boolean that parameters give.
+    fn size_known(&mut self, expr: &Expr, cx: &Context) -> Result<Option<Local>, Fail> {
+        if cx.depth > 0 || !self.known_before_run(expr) {
             return Ok(None);
         }
         let (env, complete) = cx.env();
@@ -204,6 +252,7 @@ impl Flattener<'_, '_> {
         let text = expr.evaluable();
         match self.scopes.quietly(|scopes| scopes.evaluate(&text, cx.scope, &env)) {
             Ok(Value::Integer(size)) => Ok(Some(Local::Index(Affine::constant(size)))),
+            Ok(decides @ Value::Boolean(_)) => Ok(Some(Local::Value(decides))),
             _ => Ok(None),
         }
     }

@@ -354,14 +354,9 @@ impl Flattener<'_, '_> {
 
 /// Inputs that the sizes of declarations mention.
 fn sizing_names(callee: &Function) -> Vec<Name> {
-    let mut names = Vec::new();
-    for dim in callee.variables.iter().flat_map(|v| &v.dims) {
-        hyd_typed::any_local(dim, &mut |name| {
-            names.push(name.name().clone());
-            false
-        });
-    }
-    names
+    let inputs = callee.inputs().map(|input| &input.name.name);
+    let of_inputs = |name: &&Name| callee.inputs().flat_map(|v| &v.dims).any(|dim| mentions(dim, name));
+    inputs.filter(|name| callee.decides_sizes(name) || of_inputs(name)).cloned().collect()
 }
 
 /// Name of one number of an output.

@@ -39,10 +39,16 @@ impl Flattener<'_, '_> {
                     let message = format!("the function gives {given} values, but {taken} are taken");
                     return Err(self.error(Code::BadArguments, statement.span, message));
                 }
+                let mut pairs = Vec::with_capacity(targets.len());
                 for (target, (_, value)) in targets.iter().zip(outputs) {
-                    if let Some(target) = target {
-                        self.assign_in_body(target, value, cx)?;
-                    }
+                    pairs.extend(target.as_ref().map(|target| (target, value)));
+                }
+                // `(a, b) := exchanged(a, b)`: what is given may read what is set.
+                if pairs.len() > 1 {
+                    pairs = pairs.into_iter().map(|(target, value)| (target, self.held_local(value))).collect();
+                }
+                for (target, value) in pairs {
+                    self.assign_in_body(target, value, cx)?;
                 }
             }
             StatementKind::If(branches) => self.build_if(branches, cx)?,

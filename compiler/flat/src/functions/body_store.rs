@@ -64,7 +64,7 @@ impl Flattener<'_, '_> {
     }
 
     /// A value in registers of its own.
-    fn held_local(&mut self, value: Local) -> Local {
+    pub(crate) fn held_local(&mut self, value: Local) -> Local {
         let mut typed = |typed: Typed| Typed { node: self.held(typed.node), scalar: typed.scalar };
         match value {
             Local::Node(one) => Local::Node(typed(one)),

@@ -34,6 +34,15 @@ pub(crate) fn of_pieces(arena: &mut Arena, name: &str, pieces: &Pieces) -> BodyI
     make.body(name, 1, steps)
 }
 
+/// The element of a list of numbers at a position from 0.  An element outside of it is that at the nearer end: whoever asks checks.
+pub(crate) fn of_list(arena: &mut Arena, name: &str, list: &[f64]) -> BodyId {
+    let mut make = Maker { arena };
+    let mut leaf = |(k, &value): (usize, &f64)| (k as f64, vec![Step::Set(RESULT, make.number(value))]);
+    let leaves: Vec<(f64, Vec<Step>)> = list.iter().enumerate().map(&mut leaf).collect();
+    let steps = make.halves(&leaves, 0);
+    make.body(name, 1, steps)
+}
+
 /// A table of two variables.
 pub(crate) fn of_patches(arena: &mut Arena, name: &str, table: &Table2d, order: [u32; 2]) -> BodyId {
     let mut make = Maker { arena };

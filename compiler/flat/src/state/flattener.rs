@@ -96,6 +96,8 @@ pub(crate) struct Flattener<'t, 's> {
     pub(crate) clock_around: Option<(VarId, u32)>,
     /// Functions made of tables.
     pub(crate) tables_known: Vec<(KnownTable, BodyId)>,
+    /// Functions made of lists of numbers, by the bits of these.
+    pub(crate) lists_known: FxHashMap<Vec<u64>, BodyId>,
     pub(crate) numbers: FxHashMap<u64, ConstId>,
     /// Templates made so far, by the sides they were made from.
     pub(crate) canonical: FxHashMap<(NodeId, NodeId), Canonical>,

@@ -109,6 +109,7 @@ impl Flattener<'_, '_> {
                 None => Form::Scalar(ScalarType::Integer),
             },
             Local::Index(_) => Form::Scalar(scalar(&ScalarType::Integer)),
+            Local::Value(value @ Value::Boolean(_)) if sizes => Form::Fixed(value.clone()),
             Local::Value(value) => {
                 let value = value.clone();
                 Form::Scalar(scalar(&self.constant_value(span, &value)?.scalar))
@@ -120,14 +121,14 @@ impl Flattener<'_, '_> {
             Local::Record(fields) => {
                 let mut forms = Vec::with_capacity(fields.len());
                 for (name, field) in fields {
-                    forms.push((name.clone(), self.form_of(span, false, field, false)?));
+                    forms.push((name.clone(), self.form_of(span, false, field, sizes)?));
                 }
                 Form::Record(forms)
             }
             Local::Records(fields, shape) => {
                 let mut forms = Vec::with_capacity(fields.len());
                 for (name, field) in fields {
-                    forms.push((name.clone(), self.form_of(span, false, field, false)?));
+                    forms.push((name.clone(), self.form_of(span, false, field, sizes)?));
                 }
                 Form::Records(forms, shape.clone())
             }

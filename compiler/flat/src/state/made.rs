@@ -55,6 +55,7 @@ pub fn derivative_block(
         min: PerElement::All(f64::NEG_INFINITY),
         max: PerElement::All(f64::INFINITY),
         limit_spans: [None, None],
+        at_any_time: false,
         nominal: PerElement::All(None),
         state_select: PerElement::All(StateSelect::Default),
         ..block.clone()
@@ -141,6 +142,7 @@ impl Flattener<'_, '_> {
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],
+            at_any_time: false,
             nominal: PerElement::All(None),
             state_select: PerElement::All(StateSelect::Default),
             origin,

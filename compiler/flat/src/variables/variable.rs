@@ -85,6 +85,7 @@ impl Flattener<'_, '_> {
             min: PerElement::All(f64::NEG_INFINITY),
             max: PerElement::All(f64::INFINITY),
             limit_spans: [None, None],
+            at_any_time: false,
             nominal: PerElement::All(None),
             state_select: PerElement::All(StateSelect::Default),
             origin: Origin { path: "".into(), span },
@@ -191,9 +192,14 @@ impl Flattener<'_, '_> {
                     let _ = self.error(Code::TypeMismatch, span, message);
                     return;
                 }
-                if name == "nominal" && number.is_some_and(|x| x <= 0.0) {
-                    let _ =
-                        self.error(Code::Value, span, "`nominal` must be positive: it says how large the variable is");
+                if let ("nominal", Some(nominal)) = (name, number.filter(|x| *x <= 0.0)) {
+                    let used = match nominal < 0.0 {
+                        true => format!("{} is used", -nominal),
+                        false => "it is not used".to_string(),
+                    };
+                    let message = format!("`nominal` is {nominal}, but says how large the variable is: {used}");
+                    self.report(Diagnostic::warning(Code::Value, message).at(span, "a positive number is meant here"));
+                    break;
                 }
             }
             if value.shape().is_empty() && (name == "min" || name == "max") {

@@ -153,11 +153,31 @@ impl ClassTable<'_> {
             return None;
         }
         let def = with_constraint(new, original.constrained_by.as_ref());
+        let named = self.named_outside(shape.frames[frame as usize].class, &def);
         let class = self.add(def, Some(heir), false);
+        self.class_mut(class).base = named;
         if frame != 0 {
             self.class_mut(class).written_in = Some(shape.frames[frame as usize].class);
         }
         Some(class)
+    }
+
+    /// The class that a redeclaration in the modification of a short definition names: the definition is no scope of its own (4.5.1), so a
+    /// name that it redeclares means what is around.  `None` where the text of the redeclaration says it.
+    fn named_outside(&mut self, class: ClassId, new: &ClassDef) -> Option<ClassId> {
+        let ClassBody::Short { base, .. } = &new.body else { return None };
+        let first = &base.parts[0].name;
+        if base.global || !matches!(self.class(class).def.body, ClassBody::Short { .. }) {
+            return None;
+        }
+        let mut level = self.outwards(Level { members: class, text: class });
+        while let Some(around) = level {
+            if let Some(found) = self.seen(around, first).or_else(|| self.imported(around.text, first)) {
+                return base.parts[1..].iter().try_fold(found, |class, part| self.member_class(class, &part.name));
+            }
+            level = self.outwards(around);
+        }
+        None
     }
 
     /// The class that `redeclare model extends X` extends: the inherited `X`.

@@ -126,6 +126,15 @@ pub struct Applied {
     pub scope: Scope,
     /// Arrays of components between the scope and the element whose subscripts the values carry (no `each`).
     pub spread: Vec<InstId>,
+    /// It is said of the class of the component, so of each element where that is an array.
+    pub of_class: bool,
+}
+
+impl Applied {
+    /// What a tree says whose names are looked up in `scope`.
+    pub fn new(tree: Arc<AstMod>, scope: Scope) -> Self {
+        Self { tree, scope, spread: Vec::new(), of_class: false }
+    }
 }
 
 /// All modifications of one element, outermost first.
@@ -139,12 +148,12 @@ pub fn of_child(mods: &Mods, name: &str, array: Option<InstId>) -> Mods {
             if child.as_ref() == name {
                 let mut spread = applied.spread.clone();
                 match (array, tree.each) {
-                    (Some(array), false) => spread.push(array),
+                    (Some(array), false) if !applied.of_class => spread.push(array),
                     // `each` with no array beside it speaks of the nearest one outside.
                     (None, true) => drop(spread.pop()),
                     _ => {}
                 }
-                result.push(Applied { tree: tree.clone(), scope: applied.scope, spread });
+                result.push(Applied { tree: tree.clone(), scope: applied.scope, spread, of_class: false });
             }
         }
     }

@@ -15,7 +15,7 @@ use crate::classes::class::{ClassId, ClassTable, elements};
 use crate::classes::modifier::{Applied, Mods, Redeclare, of_child, redeclaration};
 use crate::classes::shape::{Shape, ShapeElement};
 use crate::instantiation::instance::{InstId, Instance, Scope};
-use crate::instantiation::scopes::{Found, Override, Scopes};
+use crate::instantiation::scopes::{Found, Override, Scopes, variability_of};
 use crate::instantiation::tree::{InstanceTree, Instances};
 
 /// What instantiation gives: the components of a model, and what names in their texts mean.
@@ -55,6 +55,7 @@ pub fn instantiate_apart<'s>(
         guessed: None,
         work: 0,
         pending: FxHashMap::default(),
+        redeclaring: FxHashMap::default(),
         too_many: false,
         apart,
         differing: BTreeSet::new(),
@@ -91,17 +92,27 @@ fn root_of(table: &mut ClassTable<'_>, class: ClassId) -> Result<Instance, Repor
     Ok(Instance { class: Some(class), shape: Some(shape), kind: def.kind, description, ..root })
 }
 
+/// What a redeclaration says of those that redeclare it further: the modification of its constraining clause, else its own.
+fn kept_of_redeclared(applied: &Applied) -> Option<Applied> {
+    let Some(Redeclare::Component(component)) = &applied.tree.redeclare else { return None };
+    let said = component.constrained_by.as_ref().map_or(&component.modification, |clause| &clause.modification);
+    let tree = Arc::new(crate::classes::modifier::AstMod::from_syntax(said));
+    Some(Applied { spread: applied.spread.clone(), ..Applied::new(tree, applied.scope) })
+}
+
 impl Scopes<'_> {
     /// Makes all components of an instance whose class is set.  Errors are reported; the rest is still made.
     /// The first `outside` modifications stand outside of the class: they cannot reach protected elements.
     pub(crate) fn instantiate_members(&mut self, inst: InstId, mods: &Mods, outside: usize) -> Result<(), Reported> {
         let Some(shape) = self.instances[inst].shape.clone() else { return Ok(()) };
         self.check_targets(inst, &shape, mods, outside);
+        self.redeclaring.insert(inst, (Rc::new(mods.clone()), vec![false; shape.elements.len()]));
         for (k, element) in shape.elements.iter().enumerate() {
             if !element.component {
-                self.redeclare_class(inst, &shape, k, mods);
+                self.redeclare_in_time(inst, &shape, k);
             }
         }
+        self.redeclaring.remove(&inst);
         self.pending.insert(inst, mods.clone());
         let mut result = Ok(());
         for (k, element) in shape.elements.iter().enumerate() {
@@ -122,8 +133,7 @@ impl Scopes<'_> {
         let array = self.instances[inst].is_array().then_some(inst);
         let mut mods = of_child(outer, &element.name, array);
         for (frame, tree) in &shape.frames[element.frame as usize].modifications {
-            let scope = Scope { inst, frame: *frame };
-            let applied = Applied { tree: tree.clone(), scope, spread: Vec::new() };
+            let applied = Applied::new(tree.clone(), self.scope_of_modifier(inst, *frame));
             mods.extend(of_child(&vec![applied], &element.name, None));
         }
         mods
@@ -165,11 +175,18 @@ impl Scopes<'_> {
             }
             let wanted = declaration.constrained_by.as_ref().map_or(&declaration.class, |c| &c.base);
             self.check_redeclared(own_scope, wanted, &applied, new)?;
+            // So does that of a redeclaration that is itself redeclared.
+            let between: Vec<Applied> = mods[position + 1..].iter().filter_map(kept_of_redeclared).collect();
             mods.truncate(position);
-            mods.push(Applied { tree, scope: applied.scope, spread: applied.spread.clone() });
-            mods.push(Applied { tree: kept, scope: own_scope, spread: Vec::new() });
+            mods.push(Applied { spread: applied.spread.clone(), ..Applied::new(tree, applied.scope) });
+            mods.extend(between);
+            mods.push(Applied::new(kept, own_scope));
             type_scope = applied.scope;
             declaration = Component {
+                variability: variability_of(new, &declaration),
+                flow: new.flow || declaration.flow,
+                stream: new.stream || declaration.stream,
+                direction: new.direction.or(declaration.direction),
                 prefixes: declaration.prefixes.clone(),
                 condition: declaration.condition.clone(),
                 dims: if new.dims.is_empty() { declaration.dims.clone() } else { new.dims.clone() },
@@ -178,13 +195,13 @@ impl Scopes<'_> {
                 ..(**new).clone()
             };
         } else {
-            mods.push(Applied { tree: element.modification.clone(), scope: own_scope, spread: Vec::new() });
+            mods.push(Applied::new(element.modification.clone(), own_scope));
             if let Some(kept) = self.kept_of_replaced(inst, &shape, element) {
                 mods.push(kept);
             }
             if let Some(constraint) = &declaration.constrained_by {
                 let tree = Arc::new(crate::classes::modifier::AstMod::from_syntax(&constraint.modification));
-                mods.push(Applied { tree, scope: own_scope, spread: Vec::new() });
+                mods.push(Applied::new(tree, own_scope));
             }
         }
         self.check_final(&element.name, &mods, declaration.prefixes.is_final);
@@ -206,7 +223,7 @@ impl Scopes<'_> {
         };
         let mut tree = crate::classes::modifier::AstMod::from_syntax(modification);
         tree.is_final = false;
-        Some(Applied { tree: Arc::new(tree), scope: Scope { inst, frame }, spread: Vec::new() })
+        Some(Applied::new(Arc::new(tree), Scope { inst, frame }))
     }
 
     fn check_final(&mut self, name: &str, mods: &Mods, declared_final: bool) {

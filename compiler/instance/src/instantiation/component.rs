@@ -204,7 +204,7 @@ impl Scopes<'_> {
         declaration: &Component,
     ) -> Result<(), Reported> {
         let outside = mods.len();
-        mods.extend(local.mods.iter().cloned());
+        mods.extend(local.mods.iter().map(|applied| Applied { of_class: true, ..applied.clone() }));
         let enumeration = self.enumeration(local.class);
         let scalar = match (&shape.builtin, enumeration) {
             (_, Some(enumeration)) => Some(ScalarType::Enumeration(enumeration)),
@@ -217,11 +217,8 @@ impl Scopes<'_> {
         if let Some(scalar) = scalar {
             let scope = self.package_of(&local)?;
             for frame in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
-                mods.push(Applied {
-                    tree: frame.1.clone(),
-                    scope: Scope { inst: scope, frame: frame.0 },
-                    spread: Vec::new(),
-                });
+                let scope = self.scope_of_modifier(scope, frame.0);
+                mods.push(Applied::new(frame.1.clone(), scope));
             }
             if matches!(def.kind, ClassKind::Connector) {
                 self.instances.edit(inst).kind = ClassKind::Connector;

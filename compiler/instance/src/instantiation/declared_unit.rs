@@ -22,7 +22,7 @@ impl Scopes<'_> {
     }
 
     fn read_unit(&mut self, scope: Scope, declaration: &Component) -> Option<Arc<str>> {
-        let own = Applied { tree: Arc::new(AstMod::from_syntax(&declaration.modification)), scope, spread: Vec::new() };
+        let own = Applied::new(Arc::new(AstMod::from_syntax(&declaration.modification)), scope);
         let mut mods: Mods = vec![own];
         if let TypeOf::Class(local, shape) = self.type_of(scope, &declaration.class).ok()? {
             let real = shape.builtin.as_ref().is_some_and(|name| ScalarType::of_builtin(name) == ScalarType::Real);
@@ -33,7 +33,7 @@ impl Scopes<'_> {
             let inst = self.package_of(&local).ok()?;
             for (frame, tree) in shape.frames.last().into_iter().flat_map(|f| &f.modifications) {
                 let scope = Scope { inst, frame: *frame };
-                mods.push(Applied { tree: tree.clone(), scope, spread: Vec::new() });
+                mods.push(Applied::new(tree.clone(), scope));
             }
         }
         for applied in &mods {

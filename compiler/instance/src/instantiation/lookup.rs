@@ -4,6 +4,7 @@
 //! then its imports, then the same in the enclosing classes, where only constants count as components; the others follow
 //! from there.
 
+use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
@@ -78,6 +79,9 @@ impl Scopes<'_> {
             if let Some(inner) = self.inner_class(scope.inst, &shape, element) {
                 return self.class_at(inner, name, depth);
             }
+            let k = shape.by_name[name] as usize;
+            self.redeclare_in_time(scope.inst, &shape, k);
+            self.redeclare_where_named(scope.inst, &shape, name);
             if let Some(local) = self.instances[scope.inst].local_classes.get(name) {
                 return Some(local.clone());
             }
@@ -103,6 +107,36 @@ impl Scopes<'_> {
         }
         *depth = TOP;
         self.table.top(name).map(LocalClass::plain)
+    }
+
+    /// Where the names in the modification of a class or of an `extends` clause of it are looked up: a short definition is no scope of its own
+    /// (Modelica 3.6, section 4.5.1), so its modification belongs to what is around, as far as that is an instance.
+    pub(crate) fn scope_of_modifier(&self, inst: InstId, frame: u32) -> Scope {
+        let own = Scope { inst, frame };
+        let Some(shape) = &self.instances[inst].shape else { return own };
+        let class = shape.frames[frame as usize].class;
+        if !matches!(self.table.class(class).def.body, ClassBody::Short { .. }) {
+            return own;
+        }
+        let around = self.table.outwards(Level { members: class, text: class });
+        around.and_then(|level| self.scope_of_level(inst, level)).unwrap_or(own)
+    }
+
+    /// For a function or package that is a short definition in an instance: notes the class that its modification redeclares, which may
+    /// be one that was redeclared for the instance.
+    fn redeclare_where_named(&mut self, inst: InstId, shape: &Rc<Shape>, name: &Name) {
+        let instance = &self.instances[inst];
+        if instance.context.is_none() || instance.parent.is_some() || instance.local_classes.contains_key(name) {
+            return;
+        }
+        let Some(&k) = shape.by_name.get(name) else { return };
+        let said = &shape.frames[shape.elements[k as usize].frame as usize].modifications;
+        let redeclares = |tree: &AstMod| tree.children.iter().any(|(n, child)| n == name && child.redeclare.is_some());
+        let outside =
+            said.iter().any(|(frame, tree)| redeclares(tree) && self.scope_of_modifier(inst, *frame).inst != inst);
+        if outside {
+            self.redeclare_class(inst, shape, k as usize, &Mods::new());
+        }
     }
 
     /// The instance that a level of lookup stands for, where the class of `inst` is an element of an instance.

@@ -18,7 +18,7 @@ fn final_value(mods: &[Applied], name: &Name) -> Option<Applied> {
     mods.iter().find_map(|applied| {
         let (_, tree) = applied.tree.children.iter().find(|(child, _)| child == name)?;
         let is_value = tree.is_final && tree.binding.is_some();
-        is_value.then(|| Applied { tree: tree.clone(), scope: applied.scope, spread: applied.spread.clone() })
+        is_value.then(|| Applied { spread: applied.spread.clone(), ..Applied::new(tree.clone(), applied.scope) })
     })
 }
 
@@ -79,7 +79,7 @@ impl Scopes<'_> {
     /// A field that is final keeps its value under a record bound as a whole, which must have the same (7.2.6).
     fn same_as_final(&mut self, name: &Name, value: &Expr, scope: Scope, own: &Applied) -> Result<(), Reported> {
         let tree = Arc::new(AstMod::of_binding(value.clone()));
-        let given = Applied { tree, scope, spread: Vec::new() };
+        let given = Applied::new(tree, scope);
         let [given, kept] = [&given, own].map(|applied| self.quietly(|scopes| scopes.guess_applied(applied)).ok());
         if given.is_some() && given == kept {
             return Ok(());

@@ -95,6 +95,8 @@ pub struct Scopes<'s> {
     pub(crate) work: u64,
     /// Modifications from outside of the instances whose components are being made.
     pub(crate) pending: FxHashMap<InstId, Mods>,
+    /// Instances whose local classes are being redeclared: what is said of them, and for which elements that is done.
+    pub(crate) redeclaring: FxHashMap<InstId, (Rc<Mods>, Vec<bool>)>,
     /// There are more components than there may be, and that has been said.
     pub(crate) too_many: bool,
     /// Arrays of components, by path, that are made element by element, and those that would have to be.
@@ -102,6 +104,11 @@ pub struct Scopes<'s> {
     pub(crate) differing: BTreeSet<String>,
     /// Values of modifications of such arrays, by the place of their texts, which are kept with them.
     pub(crate) values_for_parts: FxHashMap<(usize, Scope), (Arc<Expr>, Value)>,
+}
+
+/// What a redeclaration does not say of these prefixes stays as it was declared first (Modelica 3.6, section 7.3).
+pub(crate) fn variability_of(new: &Component, first: &Component) -> Variability {
+    if new.variability == Variability::Continuous { first.variability } else { new.variability }
 }
 
 impl Scopes<'_> {
@@ -154,10 +161,20 @@ impl Scopes<'_> {
 
     pub(crate) fn declared(&self, shape: &Shape, element: &ShapeElement) -> Option<Component> {
         let class = shape.frames[element.frame as usize].class;
-        match &elements(&self.table.class(class).def)[element.position as usize] {
-            Element::Component(component) => Some(component.clone()),
-            _ => None,
+        let Element::Component(component) = &elements(&self.table.class(class).def)[element.position as usize] else {
+            return None;
+        };
+        let mut component = component.clone();
+        if let Some((frame, position)) = element.replaced
+            && let class = shape.frames[frame as usize].class
+            && let Some(Element::Component(first)) = elements(&self.table.class(class).def).get(position as usize)
+        {
+            component.variability = variability_of(&component, first);
+            component.flow |= first.flow;
+            component.stream |= first.stream;
+            component.direction = component.direction.or(first.direction);
         }
+        Some(component)
     }
 
     /// True for a component that is a record, also one that is a connector: `connector C = input R`.

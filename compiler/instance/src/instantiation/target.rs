@@ -19,7 +19,7 @@ impl Scopes<'_> {
         }
         for (frame, tree) in shape.frames.iter().flat_map(|f| f.modifications.iter()).cloned().collect::<Vec<_>>() {
             let scope = crate::instantiation::instance::Scope { inst, frame };
-            self.check_each(inst, &Applied { tree, scope, spread: Vec::new() });
+            self.check_each(inst, &Applied::new(tree, scope));
         }
         let frames = shape.frames.iter().flat_map(|f| f.modifications.iter().map(|(_, tree)| tree));
         let all: Vec<Arc<AstMod>> = mods.iter().map(|m| &m.tree).chain(frames).cloned().collect();

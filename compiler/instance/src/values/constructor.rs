@@ -14,7 +14,7 @@ use hyd_syntax::visit::{Role, Visitor, walk_reference};
 
 use crate::classes::modifier::{AstMod, Redeclare};
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
-use crate::instantiation::scopes::Scopes;
+use crate::instantiation::scopes::{Scopes, variability_of};
 use crate::instantiation::type_of::TypeOf;
 
 /// One thing said of a record or of a field.
@@ -296,7 +296,8 @@ impl Scopes<'_> {
             said.iter().for_each(|said| said.of_field(&element.name, at, &mut list));
             let with_class = local.mods.iter().map(|a| (a.scope, &a.tree));
             let inherited = shape.frames[element.frame as usize].modifications.iter();
-            let inherited = inherited.map(|(frame, tree)| (Scope { inst, frame: *frame }, tree));
+            let inherited: Vec<(Scope, &Arc<AstMod>)> =
+                inherited.map(|(frame, tree)| (self.scope_of_modifier(inst, *frame), tree)).collect();
             for (scope, tree) in with_class.chain(inherited) {
                 let said = Said { tree: tree.clone(), scope, at: Vec::new() };
                 said.of_field(&element.name, &[], &mut list);
@@ -315,7 +316,12 @@ impl Scopes<'_> {
                 list.push(Said { tree: kept, scope: own, at: Vec::new() });
                 type_scope = scope;
                 let dims = if new.dims.is_empty() { declaration.dims.clone() } else { new.dims.clone() };
-                declaration = Component { prefixes: declaration.prefixes.clone(), dims, ..(*new).clone() };
+                declaration = Component {
+                    prefixes: declaration.prefixes.clone(),
+                    variability: variability_of(&new, &declaration),
+                    dims,
+                    ..(*new).clone()
+                };
             } else {
                 list.push(Said { tree: element.modification.clone(), scope: own, at: Vec::new() });
                 if let Some(constraint) = &declaration.constrained_by {

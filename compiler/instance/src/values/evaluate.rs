@@ -12,6 +12,7 @@ use crate::instantiation::instance::{InstId, Scope, path};
 use crate::instantiation::lookup::Resolved;
 use crate::instantiation::scopes::Scopes;
 use crate::instantiation::work::{ELEMENT, TURN};
+use crate::values::function_value::FunctionValue;
 use crate::values::range::{self, ZERO_STEP};
 use crate::values::value::{Value, binary, first_if_uniform};
 
@@ -27,6 +28,8 @@ pub struct Env {
     pub ends: Vec<usize>,
     /// Nesting of function calls.
     pub calls: usize,
+    /// Inputs that are functions.
+    pub functions: Vec<(Name, FunctionValue)>,
 }
 
 /// A reference to a part of a value.
@@ -39,7 +42,7 @@ struct Part<'p> {
 }
 
 impl Env {
-    fn get(&self, name: &str) -> Option<&Value> {
+    pub(crate) fn get(&self, name: &str) -> Option<&Value> {
         self.names.iter().rev().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v)
     }
 }
@@ -150,8 +153,9 @@ impl Scopes<'_> {
                 [Some(only)] => self.evaluate(only, scope, env),
                 _ => Err(self.no_meaning(expr.span, "a list of results is not a value")),
             },
-            ExprKind::Partial(..) => Err(self
-                .not_structural(expr.span, "a function as an argument cannot be computed with before the run".into())),
+            ExprKind::Partial(..) => {
+                Err(self.no_meaning(expr.span, "a function is a value only as the argument of another one"))
+            }
             ExprKind::Field(record, name) => self.evaluate_field(record, name, scope, env),
             ExprKind::Colon => Err(self.no_meaning(expr.span, "`:` is not a value")),
             ExprKind::End => match env.ends.last() {

@@ -5,7 +5,7 @@
 //! run in `interpret`.
 
 use hyd_source::{Code, Reported, Span};
-use hyd_syntax::tree::{ClassBody, ClassKind, Component, ComponentRef, Direction, Expr};
+use hyd_syntax::tree::{ClassBody, ClassKind, Component, ComponentRef, Direction, Expr, Name};
 
 use crate::classes::shape::is_builtin;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
@@ -15,6 +15,7 @@ use crate::instantiation::work::{ELEMENT, volume};
 use crate::values::evaluate::Env;
 use crate::values::external_call::{is_set_by_call, value_so_far};
 use crate::values::function_components::{FunctionComponent, in_order_of_values};
+use crate::values::function_value::FunctionValue;
 use crate::values::interpret::{Flow, MAX_CALLS};
 use crate::values::value::{Value, widen};
 
@@ -27,6 +28,8 @@ struct Called<'a> {
     components: &'a [FunctionComponent],
     /// Its outputs in the order of their declarations.
     outputs: &'a [Component],
+    /// Its inputs that are functions.
+    functions: &'a [(Name, FunctionValue)],
     /// Depth of calls inside it.
     calls: usize,
 }
@@ -42,6 +45,10 @@ impl Scopes<'_> {
         scope: Scope,
         env: &Env,
     ) -> Result<Option<Vec<Value>>, Reported> {
+        if let Some(value) = env.function(function) {
+            let value = value.clone();
+            return self.call_class(span, (&value.local, &value.given), (positional, named), (scope, env));
+        }
         let Resolved::Class(local) = self.resolve(scope, function)? else { return Ok(None) };
         let local = self.constructor_of_object(&local)?.unwrap_or(local);
         let mut def = self.table.class(local.class).def.clone();
@@ -59,28 +66,59 @@ impl Scopes<'_> {
         if def.kind != ClassKind::Function {
             return Ok(None);
         }
+        self.call_class(span, (&local, &[]), (positional, named), (scope, env))
+    }
+
+    /// A call of a function; `before`: inputs that have their values already, since it is a function with some of them given.
+    fn call_class(
+        &mut self,
+        span: Span,
+        (local, before): (&LocalClass, &[(Name, Value)]),
+        (positional, named): (&[Expr], &[(hyd_syntax::tree::Ident, Expr)]),
+        (scope, env): (Scope, &Env),
+    ) -> Result<Option<Vec<Value>>, Reported> {
         if env.calls >= MAX_CALLS {
             return Err(self.too_deep(span));
         }
         let shape = self.table.shape(local.class)?;
-        let inst = self.package_of(&local)?;
+        let inst = self.package_of(local)?;
         let declared = self.function_components(inst, &shape)?;
         let outputs = declared.iter().map(|own| &own.component);
         let outputs: Vec<Component> = outputs.filter(|c| c.direction == Some(Direction::Output)).cloned().collect();
         let components = in_order_of_values(declared);
         let mut given = Vec::with_capacity(components.len());
+        let mut functions = Vec::new();
         let mut position = 0;
-        for FunctionComponent { component, .. } in &components {
+        for FunctionComponent { frame, component, .. } in &components {
             let mut argument = None;
+            if let Some((_, value)) = before.iter().find(|(name, _)| *name == component.name.name) {
+                given.push(Some(value.clone()));
+                continue;
+            }
             if component.direction == Some(Direction::Input) {
                 let by_name = || named.iter().find(|(n, _)| n.name == component.name.name).map(|(_, e)| e);
                 argument = positional.get(position).or_else(by_name);
                 position += 1;
             }
+            if let Some(expr) = argument
+                && let Some(value) =
+                    self.function_value(expr, (Scope { inst, frame: *frame }, component), scope, env)?
+            {
+                functions.push((component.name.name.clone(), value));
+                given.push(None);
+                continue;
+            }
             given.push(argument.map(|expr| self.evaluate(expr, scope, env)).transpose()?);
         }
-        let called =
-            Called { span, local: &local, inst, components: &components, outputs: &outputs, calls: env.calls + 1 };
+        let called = Called {
+            span,
+            local,
+            inst,
+            components: &components,
+            outputs: &outputs,
+            functions: &functions,
+            calls: env.calls + 1,
+        };
         self.call_for_elements(&called, given)
     }
 
@@ -143,10 +181,10 @@ impl Scopes<'_> {
         called: &Called<'_>,
         given: Vec<Option<Value>>,
     ) -> Result<Option<Vec<Value>>, Reported> {
-        let Called { span, local, inst, components, outputs, calls } = *called;
+        let Called { span, local, inst, components, outputs, functions, calls } = *called;
         let def = self.table.class(local.class).def.clone();
         let shape = self.table.shape(local.class)?;
-        let mut inner = Env { calls, ..Env::default() };
+        let mut inner = Env { calls, functions: functions.to_vec(), ..Env::default() };
         self.set_components(called, given, &mut inner)?;
         let components: Vec<(u32, Component)> =
             components.iter().map(|own| (own.frame, own.component.clone())).collect();
@@ -204,6 +242,9 @@ impl Scopes<'_> {
             let own = Scope { inst: called.inst, frame: *frame };
             let name = component.name.name.clone();
             let is_input = component.direction == Some(Direction::Input);
+            if called.functions.iter().any(|(own, _)| *own == name) {
+                continue;
+            }
             let value = match (given, &component.modification.binding) {
                 (Some(value), _) => value,
                 (None, Some(default)) => match *value_scope {

@@ -4,7 +4,7 @@
 //! not among the variables of the function.
 
 use hyd_source::Reported;
-use hyd_syntax::tree::{ClassBody, Component, ComponentRef, Direction, Element, Name};
+use hyd_syntax::tree::{Argument, ClassBody, Component, ComponentRef, Direction, Element, Modification, Name};
 use hyd_syntax::visit::{Role, Visitor, walk_reference};
 
 use crate::classes::class::elements;
@@ -27,6 +27,17 @@ pub struct FunctionComponent {
 /// The names that an expression reads.
 struct Names<'n>(Vec<&'n Name>, bool);
 
+impl Names<'_> {
+    fn modification(&mut self, modification: &Modification) {
+        modification.binding.iter().for_each(|value| self.expr(value));
+        for argument in &modification.arguments {
+            if let Argument::Modify(inner) = argument {
+                self.modification(&inner.modification);
+            }
+        }
+    }
+}
+
 impl Visitor for Names<'_> {
     fn reference(&mut self, reference: &ComponentRef, _: Role) {
         let first = &reference.parts[0].name.name;
@@ -35,19 +46,23 @@ impl Visitor for Names<'_> {
     }
 }
 
-/// Variables so that the values of declarations come behind those that they read, whatever the order of the text is (Modelica 3.6, section
+/// Variables so that the sizes and values of declarations come behind those that they read, whatever the order of the text is (Modelica 3.6, section
 /// 12.4.4); inputs keep their places among each other, and so do those that read each other in a cycle.
-pub(crate) fn in_order_of_values(components: Vec<FunctionComponent>) -> Vec<FunctionComponent> {
-    let reads = |own: &FunctionComponent, others: &[FunctionComponent]| {
-        let Some(value) = own.component.modification.binding.as_ref().filter(|_| own.value_scope.is_none()) else {
+pub fn in_order_of_values(components: Vec<FunctionComponent>) -> Vec<FunctionComponent> {
+    let reads = |FunctionComponent { component: own, value_scope, .. }: &FunctionComponent,
+                 others: &[FunctionComponent]| {
+        if own.dims.is_empty() && (value_scope.is_some() || own.modification.span.is_none()) {
             return false;
-        };
-        let own = &own.component.name.name;
+        }
+        let name = &own.name.name;
         let others = others.iter().filter(|other| other.component.modification.binding.is_some());
         let mut names =
-            Names(others.map(|other| &other.component.name.name).filter(|name| *name != own).collect(), false);
+            Names(others.map(|other| &other.component.name.name).filter(|other| *other != name).collect(), false);
         !names.0.is_empty() && {
-            names.expr(value);
+            own.dims.iter().for_each(|dim| names.expr(dim));
+            if value_scope.is_none() {
+                names.modification(&own.modification);
+            }
             names.1
         }
     };

@@ -7,6 +7,7 @@ pub(crate) mod expression_shape;
 mod external_call;
 mod function_call;
 pub(crate) mod function_components;
+mod function_value;
 pub(crate) mod interpret;
 mod of_instances;
 mod overloads;
