@@ -2,35 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::clocks::{are_same, clock_of, clocks};
 use super::layout::find;
 use super::plan::{ColumnPlan, Layout, Plan, ShotPlan};
 use super::raw::{Content, Raw, delimiter, text_of};
 use super::unit::{clean, heading, unit};
 use super::{Asked, RawFile};
 use crate::Fault;
-use crate::record::{edge, is_two_level, sampling};
+use crate::record::{edge, is_two_level};
 
-/// Names of columns of times, in small letters and without a number behind them.
-const TIMES: [&str; 14] = [
-    "t",
-    "time",
-    "zeit",
-    "temps",
-    "tiempo",
-    "tempo",
-    "czas",
-    "tid",
-    "timestamp",
-    "time stamp",
-    "zeitstempel",
-    "x_value",
-    "elapsed",
-    "elapsed time",
-];
 /// Words in the name of a condition that is the number of samples per second.
 const RATES: [&str; 4] = ["rate", "abtast", "sampling", "samplefreq"];
-/// Share of uneven steps above which an ascending column is not taken for times.
-const UNEVEN: f64 = 0.05;
 /// Longest name of a condition that is read from a preamble.
 const LONGEST_NAME: usize = 60;
 
@@ -178,7 +160,11 @@ fn one(content: &Content, asked: &Asked) -> Result<Assumed, Fault> {
         let names = [&raw.headings[k], &parts[k].0, &clean(&parts[k].0)];
         asked.skip.iter().any(|name| names.contains(&name))
     };
-    let clocks = clocks(&raw, &parts, &is_skipped, &mut notes);
+    for (k, before) in &raw.renamed {
+        let own = &raw.headings[*k];
+        notes.push(format!("more than one column is called `{before}`: column {} is called `{own}`", k + 1));
+    }
+    let clocks = clocks((&raw, &parts), &is_skipped, asked, &mut notes);
     times(&mut layout, (&raw, &parts), &clocks, asked, (&mut conditions, &mut notes))?;
     columns(&mut layout, (&raw, &parts), &clocks, &is_skipped, &mut notes)?;
     let mut triggers = BTreeSet::new();
@@ -192,38 +178,6 @@ fn one(content: &Content, asked: &Asked) -> Result<Assumed, Fault> {
         }
     }
     Ok(Assumed { layout, conditions, notes, triggers })
-}
-
-/// Positions of the columns of times.
-fn clocks(
-    raw: &Raw,
-    parts: &[(String, Option<String>)],
-    is_skipped: &dyn Fn(usize) -> bool,
-    notes: &mut Vec<String>,
-) -> Vec<usize> {
-    let ascends = |k: usize| raw.columns[k].len() > 2 && raw.columns[k].windows(2).all(|pair| pair[1] > pair[0]);
-    let is_clock = |k: &usize| {
-        let (name, own) = &parts[*k];
-        let small = name.to_lowercase();
-        let stem = small.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_' || c == ' ');
-        let stem = own.as_ref().and_then(|own| stem.strip_suffix(&format!("_{}", own.to_lowercase()))).unwrap_or(stem);
-        let in_time = own.as_ref().map(|own| unit(own).is_some_and(|unit| unit.si == "s"));
-        !is_skipped(*k) && (TIMES.contains(&stem) && in_time != Some(false) || in_time == Some(true) && ascends(*k))
-    };
-    let found: Vec<usize> = (0..parts.len()).filter(is_clock).collect();
-    if !found.is_empty() {
-        return found;
-    }
-    // A first column that ascends evenly, but does not merely count.
-    let counts = raw.columns.first().is_some_and(|values| {
-        values.windows(2).all(|pair| pair[1] - pair[0] == 1.0) && values.first().is_some_and(|v| *v == 0.0 || *v == 1.0)
-    });
-    let even = raw.columns.first().and_then(|values| sampling(values)).is_some_and(|own| own.uneven < UNEVEN);
-    if !parts.is_empty() && parts[0].1.is_none() && !is_skipped(0) && ascends(0) && even && !counts {
-        notes.push(format!("no column is called a time; `{}`, which ascends evenly, is taken for it", raw.headings[0]));
-        return vec![0];
-    }
-    Vec::new()
 }
 
 /// Times or a rate.
@@ -315,13 +269,11 @@ fn columns(
             (1..).map(|n| if n == 1 { name.clone() } else { format!("{name}_{n}") }).find(|own| !names.contains(own));
         let name = free.unwrap_or(name);
         names.insert(name.clone());
-        // A column belongs to the times to the left of it.
-        let clock = clocks.iter().rev().find(|clock| **clock < k).or(clocks.first());
-        let other =
-            clock.filter(|clock| clocks.first() != Some(clock) && raw.columns[**clock] != raw.columns[clocks[0]]);
+        let clock = clock_of(raw, clocks, k, notes).map(|own| clocks[own]);
+        let other = clock.filter(|&clock| clock != clocks[0] && !are_same(raw, clock, clocks[0]));
         let (scale, offset) = known.as_ref().map_or((1.0, 0.0), |unit| (unit.scale, unit.offset));
         let si = known.map_or_else(|| from.clone(), |unit| unit.si);
-        let time = other.filter(|_| layout.rate.is_none()).map(|clock| raw.headings[*clock].clone());
+        let time = other.filter(|_| layout.rate.is_none()).map(|clock| raw.headings[clock].clone());
         layout.columns.insert(column, ColumnPlan { name, unit: si, from, scale, offset, time, skip: false });
     }
     if layout.columns.values().all(|column| column.skip) {
@@ -329,7 +281,7 @@ fn columns(
     }
     for clock in clocks.iter().skip(1).filter(|_| layout.rate.is_none()) {
         let heading = &raw.headings[*clock];
-        let is_same = raw.columns[*clock] == raw.columns[clocks[0]];
+        let is_same = are_same(raw, *clock, clocks[0]);
         let used = layout.columns.values().filter(|own| own.time.as_ref() == Some(heading)).count();
         notes.push(match (is_same, used) {
             (true, _) => format!("the times of `{heading}` are those of `{}`", raw.headings[clocks[0]]),

@@ -5,6 +5,7 @@
 
 mod assume;
 mod carry;
+mod clocks;
 mod decode;
 mod fields;
 mod layout;

@@ -1,8 +1,10 @@
 //! A file as columns of numbers, before anything is assumed about what they mean.
 
+use super::clocks::is_called_time;
 use super::decode::decode;
 use super::fields::{Delimiter, number, split};
 use super::layout::{TextLayout, bare};
+use super::unit::heading;
 use crate::Fault;
 
 /// What a file holds.
@@ -28,6 +30,8 @@ pub(super) struct Raw {
     pub texts: Vec<Option<(usize, String)>>,
     /// Lines before the header.
     pub preamble: Vec<String>,
+    /// Columns of times that got another heading, as an earlier one has theirs: position and heading in the file.
+    pub renamed: Vec<(usize, String)>,
 }
 
 impl Raw {
@@ -57,6 +61,7 @@ impl Raw {
             raw.columns.push(values.clone());
             raw.texts.push(None);
         }
+        raw.number_times();
         raw.refuse_twice(0)?;
         Ok(raw)
     }
@@ -116,6 +121,7 @@ impl Raw {
             return Err(Fault::new(format!("line {line}: there are no rows of numbers from this line on")));
         }
         raw.drop_nameless();
+        raw.number_times();
         raw.refuse_twice(layout.header_line)?;
         Ok(raw)
     }
@@ -148,6 +154,27 @@ impl Raw {
                 }
             } else if self.headings[k].is_empty() {
                 self.headings[k] = format!("column {}", k + 1);
+            }
+        }
+    }
+
+    /// Gives columns of times that are called alike a number each: `Time [s]`, `Time 2 [s]`.
+    fn number_times(&mut self) {
+        for k in 1..self.headings.len() {
+            let own = self.headings[k].clone();
+            let is_twice = self.headings[..k].contains(&own);
+            if !is_twice || !is_called_time(&own, self.units.get(k).map(String::as_str)) {
+                continue;
+            }
+            let (name, unit) = heading(&own);
+            // The unit is a part of a name like `t_ms`.
+            let stem = unit.and_then(|unit| Some(name.strip_suffix(&unit)?.strip_suffix('_')?.to_string()));
+            let stem = stem.unwrap_or(name);
+            let numbered = (2..).map(|n| own.replacen(&stem, &format!("{stem} {n}"), 1));
+            // The numbers are endless, and finitely many headings are taken.
+            if let Some(free) = numbered.into_iter().find(|name| !self.headings.contains(name)) {
+                self.headings[k] = free;
+                self.renamed.push((k, own));
             }
         }
     }

@@ -78,7 +78,7 @@ pub(super) fn table(raw: &Raw, layout: &Layout, shot: &ShotPlan) -> Result<Table
                 let rate = rate.unwrap_or(1.0);
                 let count = raw.columns.first().map_or(0, Vec::len);
                 let times = (0..count).map(|k| rounded(k as f64 / rate)).collect();
-                Ok(Clock { times, rows: (0..count).collect() })
+                Ok(Clock { column: None, times, rows: (0..count).collect() })
             }
         }
     };
@@ -106,7 +106,9 @@ pub(super) fn table(raw: &Raw, layout: &Layout, shot: &ShotPlan) -> Result<Table
                 others.iter().position(|(other, _)| other == name)
             }
         };
-        let rows = &own.map_or(&main, |k| &others[k].1).rows;
+        let clock = own.map_or(&main, |k| &others[k].1);
+        clock.check(raw, k)?;
+        let rows = &clock.rows;
         let is_plain = plan.scale == 1.0 && plan.offset == 0.0;
         let converted = |value: f64| if is_plain { value } else { rounded(plan.scale * value + plan.offset) };
         let values = rows.iter().map(|&row| converted(raw.columns[k][row])).collect();
@@ -141,12 +143,29 @@ pub(super) fn table(raw: &Raw, layout: &Layout, shot: &ShotPlan) -> Result<Table
 
 /// Times and the rows that have one.
 struct Clock {
+    /// Its column, where there is one.
+    column: Option<usize>,
     times: Vec<f64>,
     rows: Vec<usize>,
 }
 
 impl Clock {
-    /// Reads a column of times; rows without a time at the end belong to longer columns.
+    /// Refuses values of a column that have no time.
+    fn check(&self, raw: &Raw, column: usize) -> Result<(), Fault> {
+        let Some(own) = self.column else { return Ok(()) };
+        let rows = raw.columns[own].iter().zip(&raw.columns[column]);
+        match rows.into_iter().position(|(time, value)| time.is_nan() && !value.is_nan()) {
+            None => Ok(()),
+            Some(row) => Err(Fault::new(format!(
+                "{}, column `{}`: a time is missing, and `{}` has a value there",
+                raw.place(row),
+                raw.headings[own],
+                raw.headings[column]
+            ))),
+        }
+    }
+
+    /// Reads a column of times; rows without a time belong to other columns.
     fn read(raw: &Raw, column: usize, scale: f64) -> Result<Self, Fault> {
         let heading = &raw.headings[column];
         if let Some((line, text)) = &raw.texts[column] {
@@ -158,10 +177,6 @@ impl Clock {
                 continue;
             }
             let t = rounded(value * scale);
-            if rows.last().is_some_and(|last| last + 1 != row) {
-                let place = raw.place(row - 1);
-                return Err(Fault::new(format!("{place}, column `{heading}`: a time is missing")));
-            }
             if let Some(&last) = times.last()
                 && t <= last
             {
@@ -177,7 +192,7 @@ impl Clock {
         if times.is_empty() {
             return Err(Fault::new(format!("column `{heading}` holds no times")));
         }
-        Ok(Self { times, rows })
+        Ok(Self { column: Some(column), times, rows })
     }
 }
 

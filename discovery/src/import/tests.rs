@@ -151,6 +151,71 @@ fn several_times_become_one_with_gaps() {
 }
 
 #[test]
+fn shorter_and_sparser_columns_keep_their_own_times() {
+    // A second clock that ends early, one that has a row in ten, and two of one name.
+    let row = |t: f64| (t / PERIOD).round() as usize;
+    let value = |k: usize| ((k * 7919) % 13) as f64;
+    let early = text("t_fast [s],y [mm],t_slow [s],T [degC]\n", |[t, _, y, _]| match row(*t) {
+        k if k < 40 => format!("{t:.4},{y:.3},{:.3},{}", 1e-3 * k as f64, value(k)),
+        _ => format!("{t:.4},{y:.3},,"),
+    });
+    let sparse = text("Time [s],y [mm],t2 [s],T [degC]\n", |[t, _, y, _]| match row(*t) {
+        k if k % 10 == 0 => format!("{t:.4},{y:.3},{t:.4},{}", value(k / 10)),
+        _ => format!("{t:.4},{y:.3},,"),
+    });
+    let twice = early.replace("t_fast [s]", "Time [s]").replace("t_slow [s]", "Time [s]");
+    // The fast column stands behind the slow times.
+    let moved = text("t_fast [s],t_slow [s],T [degC],y [mm]\n", |[t, _, y, _]| match row(*t) {
+        k if k < 40 => format!("{t:.4},{:.3},{},{y:.3}", 1e-3 * k as f64, value(k)),
+        _ => format!("{t:.4},,,{y:.3}"),
+    });
+    let said = [
+        "`t_slow [s]` are the times of the columns to the right of it",
+        "`t2 [s]` are the times of the columns to the right of it",
+        "more than one column is called `Time [s]`: column 3 is called `Time 2 [s]`",
+        "`y [mm]` has values where `t_slow [s]` has no time: it belongs to the times of `t_fast [s]`",
+    ];
+    for (bytes, said) in [early, sparse, twice, moved].into_iter().zip(said) {
+        let (plan, outcome) = run(bytes.clone().into_bytes(), &Asked::default()).expect("it is imported");
+        assert!(outcome.words.contains(said), "{}", outcome.words);
+        let found = columns(&outcome.tables[0].1);
+        let pairs = found["time_s"].iter().zip(&found["T"]).filter(|(_, value)| !value.is_nan());
+        let slow: Vec<(f64, f64)> = pairs.map(|(t, value)| (*t, *value)).collect();
+        assert_eq!(slow.len(), 40);
+        for (k, (t, own)) in slow.iter().enumerate() {
+            assert!((t - 1e-3 * k as f64).abs() < 1e-9 && (own - 273.15 - value(k)).abs() < 1e-6, "{k}: {t} {own}");
+        }
+        assert!(near(&found["y"], |row| row[2] * 1e-3));
+        // The import file says the same.
+        let again = plan.carry_out(&BTreeMap::new(), &mut |_| Ok(Content::Text(bytes.clone().into_bytes())));
+        assert_eq!(again.expect("again").tables, outcome.tables);
+    }
+    // A value without a time is no gap.
+    let lost: String = (0..60)
+        .map(|k| format!("{k};{};{};{}\n", k * k, if k < 20 { (2 * k).to_string() } else { String::new() }, k % 7))
+        .collect();
+    let (_, outcome) = run(format!("t [s];p;t2 [s];q\n{lost}").into_bytes(), &Asked::default()).expect("imported");
+    assert!(outcome.words.contains("`q` has values where `t2 [s]` has no time"), "{}", outcome.words);
+}
+
+#[test]
+fn temperatures_called_like_times_are_channels() {
+    let value = |t: f64| ((t / PERIOD).round() as usize * 7919) % 13;
+    for (head, is_heating) in [("t|y|T\n", false), ("t|y|T\n", true), ("time|y|T2\n", true)] {
+        let bytes = text(head, |[t, _, y, _]| {
+            let heat = if is_heating { 20.0 + t.sqrt() } else { value(*t) as f64 };
+            format!("{t:.4}|{y:.3}|{heat}")
+        });
+        let (_, outcome) = run(bytes.into_bytes(), &Asked::default()).expect("it is imported");
+        let found = columns(&outcome.tables[0].1);
+        let name = head.trim().rsplit('|').next().expect("a heading");
+        let wanted = |row: &[f64; 4]| if is_heating { 20.0 + row[0].sqrt() } else { value(row[0]) as f64 };
+        assert!(near(&found[name], wanted) && near(&found["time_s"], |row| row[0]), "{head}");
+        assert_eq!(outcome.words.contains("is taken for a channel, for there are other times"), is_heating);
+    }
+}
+
+#[test]
 fn bad_files_end_in_a_sentence_with_their_line() {
     let plain = |from: &str, to: &str| {
         let all: String = (0..40).map(|k| format!("{k};{}\n", k * k)).collect();
