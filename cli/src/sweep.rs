@@ -101,7 +101,7 @@ fn plan(arguments: &Sweep) -> Result<(Plan, PathBuf), Failure> {
         file = arguments.libraries.libraries().file_of(folder, &model).map_err(Failure::Fault)?;
     }
     plan.class = arguments.model.clone().or(plan.class);
-    override_plan(&mut plan, &arguments.sweep);
+    override_plan(&mut plan, &arguments.sweep)?;
     Ok((plan, file))
 }
 

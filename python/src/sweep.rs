@@ -84,6 +84,7 @@ impl SweepOptions {
             tolerance: self.tolerance,
             intervals: self.intervals,
             set,
+            parameters: None,
             message_format: MessageFormat::Text,
             json: false,
         })
@@ -106,7 +107,7 @@ pub(crate) fn sweep<'py>(
     let work = || {
         let class = translated.compilation.model_name.as_deref().map(str::to_string);
         let mut plan = hyd_run::Plan { class, ..hyd_run::Plan::default() };
-        override_plan(&mut plan, &arguments);
+        override_plan(&mut plan, &arguments)?;
         let prepared = prepare(&arguments, plan)?;
         hyd_verbs::sweep::sweep((&translated.compilation, &set), table, &prepared, &kept, |subject| {
             let count = |now: usize, of: usize| {

@@ -234,7 +234,7 @@ fn many(arguments: &Sweep, name: &str, loaded: &Arc<Loaded>) -> Result<(), Failu
         None => hyd_run::Plan::default(),
     };
     check_class(&plan, &loaded.model)?;
-    hyd_run::override_plan(&mut plan, &arguments.sweep);
+    hyd_run::override_plan(&mut plan, &arguments.sweep)?;
     let prepared = hyd_run::prepare(&arguments.sweep, plan)?;
     let set: Vec<(String, String)> = prepared.plan().set.clone().into_iter().collect();
     let table = arguments.sweep.inputs.read()?;

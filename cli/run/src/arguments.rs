@@ -177,6 +177,9 @@ pub struct SweepArguments {
     /// Sets a parameter that does not vary, by its full name (repeatable)
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
+    /// Sets parameters from a file of lines NAME = VALUE, in TOML; `--set` overrides it, and so does what is varied
+    #[arg(long, value_name = "FILE.toml")]
+    pub parameters: Option<PathBuf>,
     /// How messages are written to standard error
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     pub message_format: MessageFormat,

@@ -74,6 +74,7 @@ impl ShardOf {
             tolerance: None,
             intervals: None,
             set: Vec::new(),
+            parameters: None,
             message_format: MessageFormat::Text,
             json: false,
         };

@@ -21,7 +21,7 @@ use crate::arguments::{DrawMethod, SweepArguments};
 use crate::selection::Selection;
 use crate::simulate::stated_intervals;
 use crate::whole_loops::{REBUILD, runs_done_again};
-use crate::{Failure, interrupt, output, parameters};
+use crate::{Failure, interrupt, output, parameter_file, parameters};
 
 /// Longest text of a plan (bytes): reading it takes fifty times as much memory.
 const LONGEST_PLAN: usize = 4 << 20;
@@ -95,7 +95,22 @@ pub fn read_plan(path: &Path) -> Result<Plan, Failure> {
 }
 
 /// Puts the options over a plan.
-pub fn override_plan(plan: &mut Plan, arguments: &SweepArguments) {
+///
+/// # Errors
+/// The file of parameters cannot be read or holds what is not a value.
+pub fn override_plan(plan: &mut Plan, arguments: &SweepArguments) -> Result<(), Failure> {
+    if let Some(path) = &arguments.parameters {
+        // A fit writes all of its parameters, and one of them may be what varies.
+        let is_varied = |name: &String| {
+            plan.vary
+                .iter()
+                .map(|own| &own.parameter)
+                .chain(arguments.vary.iter().map(|own| &own.0))
+                .any(|own| own == name)
+        };
+        let given: Vec<_> = parameter_file::read(path)?.into_iter().filter(|(name, _)| !is_varied(name)).collect();
+        plan.set.extend(given);
+    }
     plan.set.extend(arguments.set.iter().cloned());
     plan.samples = arguments.samples.or(plan.samples);
     plan.seed = arguments.seed.unwrap_or(plan.seed);
@@ -112,6 +127,7 @@ pub fn override_plan(plan: &mut Plan, arguments: &SweepArguments) {
     };
     let vary = arguments.vary.iter().cloned();
     plan.vary.extend(vary.map(|(parameter, values)| hyd_ensemble::Vary { parameter, values }));
+    Ok(())
 }
 
 /// Checks what can be checked without a model.

@@ -203,6 +203,39 @@ fn a_plan_says_the_same_as_the_options() {
     assert!(read("by_plan") == read("by_options"));
 }
 
+/// A file of parameters overrides the plan, and is overridden by what is set or varied one by one.
+#[test]
+fn a_sweep_takes_a_file_of_parameters() {
+    let folder = folder();
+    folder.write("p.toml", "a = 3.0\nb = 0.25\n");
+    folder.write(
+        "plan.toml",
+        "model = \"decay.hyd\"\nset = { a = \"7\" }\nvary = [{ parameter = \"b\", values = \"0,1\" }]\n",
+    );
+    let ends = |arguments: &[&str], result: &str| {
+        let all =
+            [&["sweep"], arguments, &["--parameters", "p.toml", "--variables", "^x$", "--result", result]].concat();
+        let outcome = run(folder.path(), &all);
+        assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+        numbers(&Frame::read(&folder.path().join(result).join("members.parquet")).unwrap(), "x")
+    };
+    let near = |found: &[f64], expected: &[f64]| {
+        found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4)
+    };
+    let fell = |a: f64, b: f64| a * (-b).exp();
+    let own = ends(&["decay.hyd", "--vary", "b=0,1"], "own");
+    assert!(near(&own, &[3.0, fell(3.0, 1.0)]), "{own:?}");
+    let own = ends(&["decay.hyd", "--vary", "a=1,2"], "of_the_file");
+    assert!(near(&own, &[fell(1.0, 0.25), fell(2.0, 0.25)]), "{own:?}");
+    let own = ends(&["decay.hyd", "--vary", "b=0,1", "--set", "a=2"], "set");
+    assert!(near(&own, &[2.0, fell(2.0, 1.0)]), "{own:?}");
+    let own = ends(&["plan.toml"], "plan");
+    assert!(near(&own, &[3.0, fell(3.0, 1.0)]), "{own:?}");
+    let outcome =
+        run(folder.path(), &["sweep", "decay.hyd", "--vary", "b=0,1", "--parameters", "q.toml", "--result", "q"]);
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("q.toml"), "{}", outcome.stderr);
+}
+
 #[test]
 fn what_cannot_be_done_is_refused_and_leaves_nothing() {
     let cases: [(&[&str], i32, &str); 10] = [

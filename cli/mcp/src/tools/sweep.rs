@@ -71,7 +71,9 @@ fn sweep(call: &Call<'_>) -> Result<Answer, String> {
     };
     let arguments = arguments(given, root);
     plan.class = given.text("class").map(str::to_string).or(plan.class);
-    override_plan(&mut plan, &arguments);
+    if let Err(failure) = override_plan(&mut plan, &arguments) {
+        return Ok(Answer::failed(&failure, &call.kept));
+    }
     let class = plan.class.clone();
     let prepared = match prepare(&arguments, plan) {
         Ok(prepared) => prepared,
@@ -159,6 +161,7 @@ fn arguments(given: &Given, root: PathBuf) -> SweepArguments {
         tolerance: given.number("tolerance"),
         intervals: given.count("intervals"),
         set: given.values("parameters"),
+        parameters: None,
         message_format: MessageFormat::Json,
         json: true,
     }
