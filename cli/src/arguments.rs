@@ -512,6 +512,9 @@ pub struct Fit {
     /// Writes the parameters as fitted, with the conditions of the first fitted shot, for `hyd simulate --parameters`
     #[arg(long, value_name = "FILE.toml")]
     pub write_parameters: Option<PathBuf>,
+    /// Folder of a report (a page, a picture, curves, values), made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// Print the outcome as one JSON object
     #[arg(long)]
     pub json: bool,

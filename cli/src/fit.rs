@@ -15,6 +15,7 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
         seed: arguments.study.seed,
         profile: arguments.profile.clone(),
         write_parameters: arguments.write_parameters.clone(),
+        report: arguments.report.clone(),
     };
     let found = fitted(&opened, &options, &terminal)?;
     output::print(&if arguments.json { format!("{}\n", found.json) } else { found.text })?;

@@ -87,7 +87,7 @@ pub use law::{Law, LawMemory, LawTerm, MemoryNumber, Rival};
 pub use machine::Machine;
 pub use problem::{Problem, Weighing};
 pub use proof::Gap;
-pub use report::{ChannelCurves, Folder, Report, ShotCurves, quoted};
+pub use report::{ChannelCurves, FittedReport, Folder, Report, ShotCurves, quoted};
 pub use search::{Ends, Forgetful, Memory, Search};
 pub use setup::Setup;
 pub use study::{Nuisance, Study};

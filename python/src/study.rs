@@ -92,7 +92,7 @@ impl Study {
         write_parameters: Option<PathBuf>,
     ) -> PyResult<(String, String, String, bool, Bound<'py, PyList>)> {
         let (opened, _) = self.open(py)?;
-        let options = FitOptions { seed, profile, write_parameters };
+        let options = FitOptions { seed, profile, write_parameters, report: None };
         let (found, mut messages) = work(py, (&opened, Vec::new()), None, |kept| fit(&opened, &options, kept))?;
         if !found.converged {
             messages.push(Message::sentence(hyd_compiler::Severity::Warning, UNCONVERGED));

@@ -1,7 +1,7 @@
 //! A report of a search as one page that works without a network.
 //!
 //! Findings, curves and texts become JSON in front of a script, which draws them; page, style and script (`discovery_page/page.html`,
-//! `page.css`, `page.js` and `curves.js`) stand in files of their own and are put together here.
+//! `page.css`, `page.js`, `parts.js` and `curves.js`) stand in files of their own and are put together here.
 
 use hyd_discovery::{Report, ShotCurves};
 use serde_json::{Value, json};
@@ -10,6 +10,7 @@ const PAGE: &str = include_str!("discovery_page/page.html");
 /// The style of pages.
 pub const STYLE: &str = include_str!("discovery_page/page.css");
 const SCRIPT: &str = include_str!("discovery_page/page.js");
+const PARTS: &str = include_str!("discovery_page/parts.js");
 const CURVES: &str = include_str!("discovery_page/curves.js");
 /// Significant digits of curves: more than a screen shows.
 const DIGITS: usize = 5;
@@ -17,9 +18,14 @@ const DIGITS: usize = 5;
 /// The page as HTML.
 pub fn page(report: &Report) -> String {
     let texts: Vec<Value> = report.texts.iter().map(|(name, text)| json!({"name": name, "text": text})).collect();
-    let shots: Vec<Value> = report.curves.iter().map(shot).collect();
-    let data = json!({"report": report.json, "shots": shots, "texts": texts});
-    with_data(PAGE, (STYLE, &format!("{CURVES}\n{SCRIPT}")), &data)
+    let data = json!({"report": report.json, "texts": texts});
+    with_curves(PAGE, SCRIPT, &report.curves, data)
+}
+
+/// A page that shows curves of shots; its script finds them in the data.
+pub(crate) fn with_curves(page: &str, script: &str, curves: &[ShotCurves], mut data: Value) -> String {
+    data["shots"] = curves.iter().map(shot).collect::<Vec<Value>>().into();
+    with_data(page, (STYLE, &format!("{CURVES}\n{PARTS}\n{script}")), &data)
 }
 
 /// A page with its style, its script, and the data in front of that.

@@ -50,7 +50,7 @@ fn largest(setup: &Setup, channel: &ChannelCurves) -> f64 {
 }
 
 /// Values of the samples that count; a gap at the others.
-fn masked(channel: &ChannelCurves, value: impl Fn(usize) -> f64) -> Vec<f64> {
+pub(crate) fn masked(channel: &ChannelCurves, value: impl Fn(usize) -> f64) -> Vec<f64> {
     channel.used.iter().enumerate().map(|(k, &used)| if used { value(k) } else { f64::NAN }).collect()
 }
 

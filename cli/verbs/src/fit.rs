@@ -4,17 +4,22 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use hyd_discovery::{Fit as FitOf, Gap, Meaning, Problem, Profile, Record, Setup, Unknown, Weighing};
+use hyd_discovery::{Fit as FitOf, FittedReport, Gap, Meaning, Problem, Profile, Record, Setup, Unknown, Weighing};
 use hyd_results::{refuse_read, write_whole};
 use hyd_system::math::log10;
 use hyd_system::significant;
 use serde_json::{Value, json};
 
 use crate::study::{Opened, failure, tell_whole_loops};
-use crate::{Failure, Listener};
+use crate::{Failure, Listener, fit_report};
 
 /// Misfits from here on are written with an exponent.
 const MOST_PLAIN: f64 = 1e9;
+
+/// Standard errors to either side that hold 95 % of a normal distribution.
+const ERRORS: f64 = 1.96;
+/// Unit of what holds under the conditions of one shot only.
+const OF_CONDITION: &str = "% of its condition";
 
 /// The message on values that are not a minimum.
 pub const UNCONVERGED: &str = "the fit has not converged: the values are where it was given up, and their errors mean little; try another --seed \
@@ -29,6 +34,8 @@ pub struct FitOptions {
     pub profile: Vec<String>,
     /// Where the parameters as fitted are written.
     pub write_parameters: Option<PathBuf>,
+    /// Folder of a report: a page, a picture, curves, values.
+    pub report: Option<PathBuf>,
 }
 
 /// A fit, told.
@@ -70,17 +77,24 @@ pub fn fit(opened: &Opened, options: &FitOptions, listener: &dyn Listener) -> Re
     let machine = opened.machine(&opened.workshop(&make), listener)?;
     let problem = setup.problem(&machine, &[]).map_err(failure)?;
     let wanted = wanted(&options.profile, setup, &problem)?;
+    if let Some(folder) = &options.report {
+        fit_report::check(folder)?;
+    }
     let begin = Instant::now();
+    let progress = |text: &str| listener.progress(begin.elapsed().as_secs_f64(), text);
     let tau = setup.study.shots.time_tolerance;
     let whole = Weighing::whole(&setup.train, tau);
-    let (found, record) = FitOf::of(&problem, &setup.train, (tau, options.seed)).map_err(failure)?;
-    let (found, all) = Profile::of(&problem, found, &whole, &wanted).map_err(failure)?;
+    let (found, record) = FitOf::of(&problem, &setup.train, (tau, options.seed), &progress).map_err(failure)?;
+    let (found, all) = Profile::of(&problem, found, &whole, &wanted, &progress).map_err(failure)?;
     let names = wanted.iter().map(|&k| problem.unknowns[k].name.as_str());
     let profiles = names.zip(all).collect();
     let train = Gap::of(&problem, &found.xi, &setup.train, false).map_err(failure)?;
     let held_out = match setup.held_out.is_empty() {
         true => None,
-        false => Some(Gap::of(&problem, &found.xi, &setup.held_out, true).map_err(failure)?),
+        false => {
+            progress("the shots held out");
+            Some(Gap::of(&problem, &found.xi, &setup.held_out, true).map_err(failure)?)
+        }
     };
     let parameters = problem.parameter_file(&found.xi, setup.train[0], &setup.bench.name);
     if let Some(path) = &options.write_parameters {
@@ -91,7 +105,13 @@ pub fn fit(opened: &Opened, options: &FitOptions, listener: &dyn Listener) -> Re
     let whole_loops = tell_whole_loops(setup, listener);
     let outcome =
         Outcome { setup, problem: &problem, found, record, ratio, train, held_out, profiles, seconds, whole_loops };
-    Ok(Fitted { text: outcome.text(), json: outcome.json(), parameters, converged: outcome.found.converged })
+    let (mut text, json) = (outcome.text(), outcome.json());
+    if let Some(folder) = &options.report {
+        progress("writing the report");
+        let report = FittedReport::of(&problem, setup, (&outcome.train, outcome.held_out.as_ref()));
+        text += &fit_report::write(folder, setup, &report, (&json, &parameters))?;
+    }
+    Ok(Fitted { text, json, parameters, converged: outcome.found.converged })
 }
 
 impl Outcome<'_> {
@@ -108,7 +128,8 @@ impl Outcome<'_> {
         let found = &self.found;
         let unknowns = self.problem.unknowns.iter().enumerate().map(|(k, unknown)| {
             json!({"name": unknown.name, "value": unknown.value(found.xi[k]), "sd": found.xi[k], "sd_error": self.error(k),
-                "fitted": is_fitted(self.setup, unknown), "at_limit": unknown.is_at_limit(found.xi[k])})
+                "fitted": is_fitted(self.setup, unknown), "at_limit": unknown.is_at_limit(found.xi[k]),
+                "interval": self.interval(k), "in_units": self.in_units(k).map(|own| own.json())})
         });
         let attempts = self
             .record
@@ -128,26 +149,52 @@ impl Outcome<'_> {
         })
     }
 
-    /// The parameter that an unknown stands for, with its unit and what was expected: `  ro.rlc.R = 0.905 +- 0.011 Ohm (expected 0.9 +- 0.018)`.
-    fn in_units(&self, unknown: &Unknown, xi: f64, error: f64) -> String {
-        let [place] = unknown.places() else { return String::new() };
+    /// Ends of the 95 % interval of an unknown: of its profile where there is one, else by its standard error.
+    fn interval(&self, k: usize) -> [Option<f64>; 2] {
+        let unknown = &self.problem.unknowns[k];
+        if let Some((_, own)) = self.profiles.iter().find(|(name, _)| *name == unknown.name) {
+            return [own.interval.0, own.interval.1];
+        }
+        let end = |sign: f64| unknown.value(self.found.xi[k] + sign * ERRORS * self.error(k));
+        [end(-1.0), end(1.0)].map(|end| Some(end).filter(|end| end.is_finite()))
+    }
+
+    /// The parameter that an unknown stands for, in its unit; none for what is no parameter or several of them.
+    fn in_units(&self, k: usize) -> Option<InUnits> {
+        let unknown = &self.problem.unknowns[k];
+        let (xi, error) = (self.found.xi[k], self.error(k));
+        let [place] = unknown.places() else { return None };
         let shot = unknown.shot.unwrap_or(self.setup.train[0]);
         let (place, base) = (&self.problem.places[*place], self.problem.base[shot][*place]);
-        let (value, expected, spread) = match unknown.meaning {
+        let of_condition = self.is_condition(place.name());
+        let unit = self.problem.machine.unit(place);
+        // What a value of the unknown is in units of the parameter.
+        let scale = |value: f64| match unknown.meaning {
+            Meaning::Relative { .. } if of_condition => 100.0 * (value - 1.0),
+            Meaning::Relative { .. } => base * value,
+            _ => value,
+        };
+        let spread = match unknown.meaning {
             // Under the conditions of one shot only, where these decide the parameter.
-            Meaning::Relative { sigma, .. } if self.is_condition(place.name()) => {
-                let (percent, error) = (100.0 * sigma * xi, 100.0 * sigma * error);
-                return format!("  {} {percent:+.2} +- {error:.2} % of its condition", place.name());
-            }
-            Meaning::Relative { sigma, .. } => (base * unknown.value(xi), base, (base * sigma).abs()),
-            Meaning::Value { .. } => (unknown.value(xi), unknown.value(0.0), unknown.slope(0.0).abs()),
-            _ => return String::new(),
+            Meaning::Relative { sigma, .. } if of_condition => 100.0 * sigma,
+            Meaning::Relative { sigma, .. } => (base * sigma).abs(),
+            Meaning::Value { .. } => unknown.slope(0.0).abs(),
+            _ => return None,
         };
         let error = error * if let Meaning::Value { .. } = unknown.meaning { unknown.slope(xi).abs() } else { spread };
-        let unit = self.problem.machine.unit(place);
-        let unit = if unit.is_empty() || &*unit == "1" { String::new() } else { format!(" {unit}") };
-        let of = |value, error| format!("{} +- {}", as_known(value, error), as_known(error, error));
-        format!("  {} = {}{unit} (expected {})", place.name(), of(value, error), of(expected, spread))
+        let mut interval = self.interval(k).map(|end| end.map(scale));
+        if scale(2.0) < scale(1.0) {
+            interval.reverse();
+        }
+        Some(InUnits {
+            parameter: place.name().to_string(),
+            unit: if of_condition { OF_CONDITION.to_string() } else { unit.to_string() },
+            value: scale(unknown.value(xi)),
+            error,
+            interval,
+            expected: scale(unknown.value(0.0)),
+            spread,
+        })
     }
 
     fn is_condition(&self, name: &str) -> bool {
@@ -183,7 +230,7 @@ impl Outcome<'_> {
                 text,
                 "  {:22} {sign}{value:11.5e}  {xi:+6.2} +- {error:.2}{}{}",
                 unknown.name,
-                self.in_units(unknown, xi, error),
+                self.in_units(k).map_or_else(String::new, |own| own.text()),
                 if unknown.is_at_limit(xi) { "  (at the limit)" } else { "" }
             );
         }
@@ -210,6 +257,38 @@ impl Outcome<'_> {
         }
         let _ = writeln!(text, "\n{} runs of one shot, {:.1} s", self.setup.watch.runs(), self.seconds);
         text
+    }
+}
+
+/// A parameter as fitted, in its unit.
+struct InUnits {
+    parameter: String,
+    unit: String,
+    value: f64,
+    /// Standard error.
+    error: f64,
+    /// Ends of the 95 % interval.
+    interval: [Option<f64>; 2],
+    expected: f64,
+    /// Standard deviation of what was expected.
+    spread: f64,
+}
+
+impl InUnits {
+    /// `  ro.rlc.R = 0.905 +- 0.011 Ohm (expected 0.9 +- 0.018)`.
+    fn text(&self) -> String {
+        let InUnits { parameter, unit, value, error, expected, spread, .. } = self;
+        if unit == OF_CONDITION {
+            return format!("  {parameter} {value:+.2} +- {error:.2} {unit}");
+        }
+        let unit = if unit.is_empty() || unit == "1" { String::new() } else { format!(" {unit}") };
+        let of = |value, error| format!("{} +- {}", as_known(value, error), as_known(error, error));
+        format!("  {parameter} = {}{unit} (expected {})", of(*value, *error), of(*expected, *spread))
+    }
+
+    fn json(&self) -> Value {
+        json!({"parameter": self.parameter, "unit": self.unit, "value": self.value, "stderr": self.error, "interval": self.interval,
+            "expected": self.expected, "expected_sd": self.spread})
     }
 }
 

@@ -15,6 +15,7 @@ mod discovery_picture;
 pub mod discovery_shared;
 pub mod discovery_trials;
 pub mod fit;
+mod fit_report;
 pub mod inside;
 mod joined;
 pub mod library;

@@ -40,13 +40,18 @@ impl Profile {
         fit: Fit,
         weighing: &Weighing,
         which: &[usize],
+        progress: &dyn Fn(&str),
     ) -> Result<(Fit, Vec<Self>), Fault> {
         if which.is_empty() {
             return Ok((fit, Vec::new()));
         }
         let sharp = minimise(problem, &fit.xi, weighing, Effort { gain: 2e-3, ..Effort::FULL }, None)?;
         let fit = lower(fit, sharp);
-        let all = which.iter().map(|&k| profile(problem, &fit, weighing, k)).collect::<Result<_, _>>()?;
+        let one = |&k: &usize| {
+            progress(&format!("the profile of {}", problem.unknowns[k].name));
+            profile(problem, &fit, weighing, k)
+        };
+        let all = which.iter().map(one).collect::<Result<_, _>>()?;
         Ok((fit, all))
     }
 }

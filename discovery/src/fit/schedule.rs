@@ -68,18 +68,35 @@ impl Fit {
     ///
     /// # Errors
     /// When the model does not run at the start; a misfit that shows nothing.
-    pub fn of(problem: &Problem<'_>, shots: &[usize], (tau, seed): (f64, u64)) -> Result<(Self, Record), Fault> {
+    pub fn of(
+        problem: &Problem<'_>,
+        shots: &[usize],
+        (tau, seed): (f64, u64),
+        progress: &dyn Fn(&str),
+    ) -> Result<(Self, Record), Fault> {
         let whole = Weighing::whole(shots, tau);
-        let (mut found, mut record) = fit(problem, &vec![0.0; problem.unknowns.len()], shots, tau)?;
-        if found.misfit / problem.expected(&whole) > GOOD {
+        let ended = |fit: &Self| format!("{:.3} times noise", fit.misfit / problem.expected(&whole));
+        let on = |horizon: f64| progress(&format!("fitting {:.0} % of the records", 100.0 * horizon));
+        let expected = problem.expected(&whole);
+        let mut record = Record::default();
+        let mut found = along_told(problem, &vec![0.0; problem.unknowns.len()], (shots, tau), &THIRDS, &on)?;
+        record.note("growing horizon", &found, expected);
+        if found.misfit / expected > GOOD {
+            progress(&format!("misfit {}: fitting again from there and from random starts", ended(&found)));
             found = retry(problem, found, shots, (tau, seed), &mut record);
         }
-        found = follow(problem, found, shots, tau, &mut record);
+        if !found.converged {
+            progress(&format!("misfit {}: following the fit to its end", ended(&found)));
+            found = follow(problem, found, shots, tau, &mut record);
+        }
+        progress(&format!("misfit {}", ended(&found)));
         problem.check_misfit(&found, &whole)?;
         Ok((found, record))
     }
 }
 
+/// Horizons of a first way.
+const THIRDS: [f64; 4] = [1.0 / 3.0, 0.5, 0.75, 1.0];
 /// Horizons of a second way, from where the first one ended.
 const FROM_THERE: [f64; 5] = [0.25, 0.4, 0.6, 0.8, 1.0];
 
@@ -90,7 +107,7 @@ const FROM_THERE: [f64; 5] = [0.25, 0.4, 0.6, 0.8, 1.0];
 pub(crate) fn fit(problem: &Problem<'_>, start: &[f64], shots: &[usize], tau: f64) -> Result<(Fit, Record), Fault> {
     let expected = problem.expected(&Weighing::whole(shots, tau));
     let mut record = Record::default();
-    let best = along(problem, start, (shots, tau), &[1.0 / 3.0, 0.5, 0.75, 1.0])?;
+    let best = along(problem, start, (shots, tau), &THIRDS)?;
     record.note("growing horizon", &best, expected);
     Ok((best, record))
 }
@@ -111,7 +128,7 @@ pub(crate) fn retry(
             break;
         }
         let xi: Vec<f64> = best.xi.iter().map(|_| 0.7 * draws.normal()).collect();
-        if let Ok(next) = along(problem, &xi, (shots, tau), &[1.0 / 3.0, 0.5, 0.75, 1.0]) {
+        if let Ok(next) = along(problem, &xi, (shots, tau), &THIRDS) {
             record.note(format!("random start {}", k + 1), &next, expected);
             best = lower(best, next);
         }
@@ -147,7 +164,7 @@ pub(crate) fn unpull(
             0 => (vec![0.0; best.xi.len()], &[0.6, 1.0][..], "two horizons".to_string()),
             _ => {
                 let xi = best.xi.iter().map(|_| 0.7 * draws.normal()).collect();
-                (xi, &[1.0 / 3.0, 0.5, 0.75, 1.0][..], format!("random start {k}"))
+                (xi, &THIRDS[..], format!("random start {k}"))
             }
         };
         if let Ok(next) = along(problem, &start, (shots, tau), horizons) {
@@ -194,7 +211,7 @@ pub(crate) fn go_on(
         best = lower(best, next);
     }
     if !is_enough(&best)
-        && let Ok(next) = along(problem, &best.xi, (shots, tau), &[1.0 / 3.0, 0.5, 0.75, 1.0])
+        && let Ok(next) = along(problem, &best.xi, (shots, tau), &THIRDS)
     {
         best = lower(best, next);
     }
@@ -226,10 +243,22 @@ pub(crate) fn lower(a: Fit, b: Fit) -> Fit {
     if b.cost < a.cost { b } else { a }
 }
 
-fn along(problem: &Problem<'_>, start: &[f64], (shots, tau): (&[usize], f64), horizons: &[f64]) -> Result<Fit, Fault> {
+fn along(problem: &Problem<'_>, start: &[f64], on: (&[usize], f64), horizons: &[f64]) -> Result<Fit, Fault> {
+    along_told(problem, start, on, horizons, &|_| ())
+}
+
+/// The same; each horizon is told before it is fitted.
+fn along_told(
+    problem: &Problem<'_>,
+    start: &[f64],
+    (shots, tau): (&[usize], f64),
+    horizons: &[f64],
+    tell: &dyn Fn(f64),
+) -> Result<Fit, Fault> {
     let mut xi = start.to_vec();
     let mut jacobian: Option<(DMatrix<f64>, Weighing)> = None;
     for &horizon in horizons {
+        tell(horizon);
         let weighing = Weighing { shots: shots.to_vec(), horizon, inflation: WIDE.0, tau: widened(tau) };
         let fit = minimise(problem, &xi, &weighing, Effort::SHORT, None)?;
         xi = fit.xi;

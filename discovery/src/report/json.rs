@@ -137,7 +137,7 @@ fn confusion(own: &Confusion) -> Value {
     json!({"effects": [own.effects.0, own.effects.1], "cosine": number(own.cosine), "apart": number(own.apart)})
 }
 
-fn channels(setup: &Setup) -> Vec<Value> {
+pub(super) fn channels(setup: &Setup) -> Vec<Value> {
     let of = setup.data.channels.iter().map(|channel| {
         json!({"name": channel.name, "unit": channel.unit, "words": channel.words, "expression": channel.expression,
             "sigma": channel.noise.sigma * channel.scale.abs()})
@@ -146,7 +146,7 @@ fn channels(setup: &Setup) -> Vec<Value> {
 }
 
 /// Share of the samples that are left out, by channel.
-fn masked(setup: &Setup) -> Value {
+pub(super) fn masked(setup: &Setup) -> Value {
     let share = |channel: usize| {
         let traces = || setup.data.shots.iter().filter_map(move |shot| shot.traces[channel].as_ref());
         let (all, used) = traces().fold((0, 0), |(all, used), trace| {
@@ -271,7 +271,7 @@ fn law(scene: &Scene<'_>, own: &Law) -> Result<Value, Fault> {
 }
 
 /// Scatter of the channels in units of the tables: as it was used, before the trigger, and its correlation.
-fn noise(setup: &Setup) -> Value {
+pub(super) fn noise(setup: &Setup) -> Value {
     let of = setup.data.channels.iter().map(|channel| {
         let (noise, scale) = (&channel.noise, channel.scale.abs());
         let quiet = noise.quiet.map(|quiet| quiet * scale);
@@ -280,7 +280,7 @@ fn noise(setup: &Setup) -> Value {
     of.collect::<Map<String, Value>>().into()
 }
 
-fn numbers(setup: &Setup, shots: &[usize]) -> Vec<usize> {
+pub(super) fn numbers(setup: &Setup, shots: &[usize]) -> Vec<usize> {
     shots.iter().map(|&shot| setup.data.shots[shot].number).collect()
 }
 

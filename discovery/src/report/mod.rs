@@ -5,6 +5,7 @@
 
 mod course;
 mod disturbed;
+mod fitted;
 mod json;
 mod nearest;
 mod parameter_file;
@@ -28,6 +29,7 @@ use crate::unknowns::EffectPart;
 use crate::variant::{Insert, Workshop};
 use crate::{Fault, Setup};
 
+pub use fitted::FittedReport;
 pub(crate) use shot_files::ShotFiles;
 pub use shot_files::quoted;
 pub use trajectories::{ChannelCurves, ShotCurves};

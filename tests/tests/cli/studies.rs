@@ -61,6 +61,45 @@ fn what_a_fit_has_found_can_be_run() {
 }
 
 /// The text that is translated is made of the study; messages are about what the user has written.
+/// The report of a fit has the values of its JSON, the curves of every shot and channel, and takes the place of no input.
+#[test]
+fn a_fit_writes_a_report() {
+    let folder = project();
+    let own = folder.path().join("drv");
+    study(&folder, "k = \"spring.k\"", "k = \"spring.k\"");
+    let fitted = run(&own, &[&FIT[..], &["--report", "report", "--profile", "k", "--json"]].concat());
+    assert_eq!((fitted.code, fitted.stderr.as_str()), (Some(0), ""));
+    let printed: serde_json::Value = serde_json::from_str(&fitted.stdout).unwrap();
+    let written: serde_json::Value = serde_json::from_str(&folder.read("drv/report/fit.json")).unwrap();
+    assert_eq!(printed["unknowns"], written["unknowns"]);
+    let spring = printed["unknowns"].as_array().unwrap().iter().find(|own| own["name"] == "k").unwrap();
+    let figure = |value: &serde_json::Value| value.as_f64().unwrap();
+    let (units, profile) = (&spring["in_units"], &printed["profiles"][0]);
+    assert_eq!((units["parameter"].as_str(), units["unit"].as_str()), (Some("spring.k"), Some("N/m")));
+    assert_eq!(spring["interval"][0], profile["low"]);
+    let share = figure(&units["interval"][1]) / figure(&units["expected"]);
+    assert!((share - figure(&profile["high"])).abs() < 1e-9, "{spring:#} {profile:#}");
+    // The model as stated leaves no less than the fitted one.
+    let gap = &written["report"]["gap"]["train"];
+    assert!(figure(&gap["before"]) >= 0.999 * figure(&gap["after"]), "{gap:#}");
+    let table = folder.read("drv/report/fit.csv");
+    assert!(table.starts_with("shot,channel,time_s,measured,stated,fitted,mask\n"), "{table}");
+    let (page, picture) = (folder.read("drv/report/fit.html"), folder.read("drv/report/fit.svg"));
+    for name in ["y, shot 1", "p, shot 2", "as stated", "as fitted"] {
+        assert!(picture.contains(name), "{name}");
+    }
+    assert!(page.contains("\"in_units\"") && page.contains("model as fitted") && !page.contains("/*DATA*/null"));
+    assert!(folder.read("drv/report/fit.toml").contains("\"spring.k\" = "));
+    // A table of the bench is not written over, and nothing is left behind.
+    std::fs::create_dir(own.join("r")).unwrap();
+    let set = folder.read("drv/bench/set.json").replace("shot1.csv", "fit.csv");
+    folder.write("drv/r/set.json", set.replace("shot2.csv", "../bench/shot2.csv"));
+    folder.write("drv/r/fit.csv", folder.read("drv/bench/shot1.csv"));
+    let refused = run(&own, &["fit", "other.toml", "--bench", "r/set.json", "--allow-outside", "--report", "r"]);
+    assert!(refused.code == Some(1) && refused.stderr.contains("fit.csv"), "{}", refused.stderr);
+    assert!(!own.join("r/fit.html").exists());
+}
+
 #[test]
 fn what_a_study_names_wrongly_is_said_of_the_study() {
     let folder = project();

@@ -44,6 +44,7 @@ fn fit(call: &Call<'_>) -> Result<Answer, String> {
         seed: given.natural("seed").unwrap_or(1),
         profile: given.texts("profile"),
         write_parameters: target.clone(),
+        report: None,
     };
     let found = match opened.and_then(|opened| fitted(&opened, &options, &call.kept)) {
         Ok(found) => found,

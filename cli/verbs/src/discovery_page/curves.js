@@ -1,15 +1,16 @@
 "use strict";
-// Measured, base and extended over time, with residuals in standard deviations of the noise below.
+// Measured, and two models over time, with residuals in standard deviations of the noise below.
 // Drag across: zoom. Wheel: zoom about the pointer. Double click: whole record.
 
 // Without an extended model its curves would cover those of the base.
-function curveView(root, shots, channels, first, isExtended) {
+const MODELS = { base: ["base model", "base"], more: ["extended model", "extended"] };
+function curveView(root, shots, channels, first, isExtended, models = MODELS) {
   const state = { shot: first.shot, channel: first.channel, from: 0, to: 1, drag: null, at: null };
   root.innerHTML =
     '<div class="bar"><span class="shots"></span><span class="gap"></span><span class="channels"></span>' +
     '<span><span class="key" style="background:var(--seen)"></span>measured' +
-    '<span class="key" style="background:var(--base)"></span>base model' +
-    (isExtended ? '<span class="key" style="background:var(--more)"></span>extended model' : "") + "</span></div>" +
+    '<span class="key" style="background:var(--base)"></span>' + models.base[0] +
+    (isExtended ? '<span class="key" style="background:var(--more)"></span>' + models.more[0] : "") + "</span></div>" +
     '<canvas class="above" style="height:330px"></canvas><canvas class="below" style="height:150px"></canvas>' +
     '<div class="hover">Drag: zoom. Wheel: zoom. Double click: whole record.</div>';
   const above = root.querySelector(".above"), below = root.querySelector(".below"), hover = root.querySelector(".hover");
@@ -131,8 +132,8 @@ function curveView(root, shots, channels, first, isExtended) {
       state.at = times[k];
       const value = (list) => (list[k] === null ? "-" : withUnit(list[k], meta().unit));
       const [per, unit] = clock(times[0], times[times.length - 1]);
-      hover.textContent = "t = " + short(times[k] * per) + " " + unit + "   measured " + value(own.measured) + "   base " + value(own.base) +
-        (isExtended ? "   extended " + value(own.extended) : "");
+      hover.textContent = "t = " + short(times[k] * per) + " " + unit + "   measured " + value(own.measured) + "   " + models.base[1] + " " + value(own.base) +
+        (isExtended ? "   " + models.more[1] + " " + value(own.extended) : "");
       draw();
     };
     canvas.onpointerup = () => {

@@ -1,38 +1,10 @@
 "use strict";
 // The sections of the report: what was found, where the gap lies, what was tried, and how far it can be trusted.
 
-const R = DATA.report, main = document.getElementById("main");
-const ESCAPES = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
-const safe = (text) => String(text ?? "").replace(/[&<>"]/g, (c) => ESCAPES[c]);
-const fixed = (value, digits = 2) => (value === null || value === undefined ? "" : value.toFixed(digits));
-
-function section(title, inside, { wide = false, note = "" } = {}) {
-  const part = document.createElement("section");
-  if (wide) part.className = "wide";
-  part.innerHTML = "<h2>" + safe(title) + "</h2>" + (note ? "<p>" + note + "</p>" : "") + inside;
-  main.append(part);
-  return part;
-}
-
-// Columns: [title, cell, numeric].
-function table(rows, columns, mark = () => false) {
-  const head = columns.map(([title, , numeric]) => `<th class="${numeric ? "n" : ""}">${safe(title)}</th>`).join("");
-  const body = rows.map((row, k) => `<tr class="${mark(row, k) ? "best" : ""}">` +
-    columns.map(([, cell, numeric]) => `<td class="${numeric ? "n" : ""}">${cell(row)}</td>`).join("") + "</tr>").join("");
-  return `<div class="scroll"><table><thead><tr>${head}</tr></thead><tbody>${body}</tbody></table></div>`;
-}
-
+const R = DATA.report;
 const hasText = (file) => DATA.texts.some((own) => own.name === file);
 const place = (own) => hasText(own.file)
   ? `<a data-file="${safe(own.file)}" data-line="${own.line}">${safe(own.file)}:${own.line}</a>` : `${safe(own.file)}:${own.line}`;
-
-// A value as far as its error goes, and two digits of that; with its unit where it has one.
-function measured(own) {
-  const unit = own.unit && own.unit !== "1" ? " " + safe(own.unit) : "";
-  if (!(own.stderr > 0)) return short(own.value) + unit;
-  const last = Math.floor(Math.log10(own.stderr)) - 1, digits = own.value === 0 ? 1 : Math.floor(Math.log10(Math.abs(own.value))) - last + 1;
-  return `${short(Number(own.value.toPrecision(Math.min(12, Math.max(1, digits)))))} &plusmn; ${short(Number(own.stderr.toPrecision(2)))}${unit}`;
-}
 
 function begin() {
   document.title = (R.title ? R.title + ": " : "") + R.status;
@@ -249,15 +221,6 @@ function record() {
   section("Noise and masks", table(noise, names));
 }
 
-// The shot held out, if there is one, and the channel with the largest gap in it.
-function firstView() {
-  const shot = Math.max(0, DATA.shots.findIndex((own) => own.held_out));
-  const gap = (R.gap.heldout || R.gap.train).channels, has = (name) => gap[name] && gap[name].before !== null;
-  const names = DATA.shots[shot].channels.map((own) => own.name);
-  const worst = names.filter(has).sort((a, b) => gap[b].before - gap[a].before)[0];
-  return { shot, channel: worst || names[0] };
-}
-
 begin();
 answer();
 phases();
@@ -265,7 +228,7 @@ disturbed();
 cameNearest();
 missing();
 const overlay = section("Measured and simulated", '<div class="curves"></div>', { wide: true });
-const view = DATA.shots.length ? curveView(overlay.querySelector(".curves"), DATA.shots, R.channels, firstView(), Boolean(R.change)) : null;
+const view = DATA.shots.length ? curveView(overlay.querySelector(".curves"), DATA.shots, R.channels, firstView(R.gap), Boolean(R.change)) : null;
 structure();
 text();
 change();
