@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
-use hyd_discovery::{Asked, Content, Fault, Imported, Plan, RawFile};
+use hyd_discovery::{Asked, Assumptions, Content, Fault, Imported, Plan, RawFile};
 use hyd_frames::{Cells, Frame, is_parquet};
 use hyd_results::{WholeFile, mat_columns, note_read};
 use hyd_run::{read_text, read_to_limit};
@@ -73,7 +73,12 @@ fn folder(arguments: &Import) -> Result<(), Failure> {
     }
     let asked = Asked { rate: arguments.rate, trigger: arguments.trigger.clone(), skip: arguments.skip.clone() };
     let inside = |fault: Fault| failure(within(source, fault));
-    let (plan, notes) = Plan::assume(&stem, &way(&target, source), &files, &asked).map_err(inside)?;
+    let Assumptions { plan, notes, left_out } =
+        Plan::assume(&stem, &way(&target, source), &files, &asked).map_err(inside)?;
+    for (name, why) in left_out {
+        let sentence = format!("`{}` is left out: {why}", source.join(name).display());
+        output::sentence("warning", &sentence, MessageFormat::Text);
+    }
     let mut contents: BTreeMap<String, Content> = files.into_iter().map(|file| (file.name, file.content)).collect();
     let mut taken = |name: &str| contents.remove(name).ok_or_else(|| Fault::new(format!("there is no file `{name}`")));
     let outcome = plan.carry_out(&notes, &mut taken).map_err(inside)?;

@@ -82,7 +82,7 @@ pub use fit::Fit;
 pub use fit::profile::Profile;
 pub use fit::schedule::Record;
 pub use foreign::{Foreign, Joiner};
-pub use import::{Asked, Content, Imported, Plan, RawFile};
+pub use import::{Asked, Assumptions, Content, Imported, Plan, RawFile};
 pub use law::{Law, LawMemory, LawTerm, MemoryNumber, Rival};
 pub use machine::Machine;
 pub use problem::{Problem, Weighing};

@@ -6,6 +6,7 @@ use super::clocks::{are_same, clock_of, clocks};
 use super::layout::find;
 use super::plan::{ColumnPlan, Layout, Plan, ShotPlan};
 use super::raw::{Content, Raw, delimiter, text_of};
+use super::stamp::{FORMS, Kind};
 use super::unit::{clean, heading, unit};
 use super::{Asked, RawFile};
 use crate::Fault;
@@ -15,6 +16,16 @@ use crate::record::{edge, is_two_level};
 const RATES: [&str; 4] = ["rate", "abtast", "sampling", "samplefreq"];
 /// Longest name of a condition that is read from a preamble.
 const LONGEST_NAME: usize = 60;
+
+/// What was assumed of a folder.
+pub struct Assumptions {
+    /// How its files are read.
+    pub plan: Plan,
+    /// Sentences on what is not plain, by file.
+    pub notes: BTreeMap<String, Vec<String>>,
+    /// Files that are no tables, each with the reason.
+    pub left_out: Vec<(String, String)>,
+}
 
 /// What was assumed of one file.
 struct Assumed {
@@ -27,22 +38,30 @@ struct Assumed {
 }
 
 impl Plan {
-    /// Assumes how the files are to be read; with the sentences by file.
+    /// Assumes how the files are to be read.  A text without rows of numbers is left out where another file is a table.
     ///
     /// # Errors
     /// A sentence with the file and line at fault.
-    pub fn assume(
-        name: &str,
-        folder: &str,
-        files: &[RawFile],
-        asked: &Asked,
-    ) -> Result<(Self, BTreeMap<String, Vec<String>>), Fault> {
+    pub fn assume(name: &str, folder: &str, files: &[RawFile], asked: &Asked) -> Result<Assumptions, Fault> {
         let mut plan = Plan { name: name.to_string(), folder: folder.to_string(), ..Plan::default() };
         let mut notes = BTreeMap::new();
         let mut triggers: Vec<BTreeSet<String>> = Vec::new();
         let mut skipped: BTreeSet<&String> = BTreeSet::new();
-        let numbers = numbers(files);
-        for (file, number) in files.iter().zip(numbers) {
+        let why_not = |file: &RawFile| match &file.content {
+            Content::Text(bytes) => text_of(bytes, None).ok().and_then(|(text, _)| find(&text).err()),
+            Content::Columns(_) => None,
+        };
+        let faults: Vec<Option<Fault>> = files.iter().map(why_not).collect();
+        let is_any = faults.iter().any(Option::is_none);
+        let (mut tables, mut left_out) = (Vec::new(), Vec::new());
+        for (file, fault) in files.iter().zip(faults) {
+            match fault.filter(|_| is_any) {
+                Some(fault) => left_out.push((file.name.clone(), fault.sentence)),
+                None => tables.push(file),
+            }
+        }
+        let numbers = numbers(&tables);
+        for (file, number) in tables.iter().zip(numbers) {
             let own = one(&file.content, asked).map_err(|fault| Fault::new(format!("`{}`: {fault}", file.name)))?;
             skipped.extend(asked.skip.iter().filter(|name| is_named(&own.layout, name)));
             notes.insert(file.name.clone(), own.notes);
@@ -66,7 +85,7 @@ impl Plan {
             layout.trigger = trigger(layout, &clear, asked, &mut notes)?;
         }
         plan.shot.sort_by_key(|shot| shot.number);
-        Ok((plan, notes))
+        Ok(Assumptions { plan, notes, left_out })
     }
 }
 
@@ -112,8 +131,8 @@ fn trigger(
 }
 
 /// Numbers of shots: the last number in the names of the files where all have one and no two the same, else their order.
-fn numbers(files: &[RawFile]) -> Vec<usize> {
-    let last_number = |file: &RawFile| {
+fn numbers(files: &[&RawFile]) -> Vec<usize> {
+    let last_number = |file: &&RawFile| {
         let stem = file.name.rsplit_once('.').map_or(file.name.as_str(), |(stem, _)| stem);
         let digits: String =
             stem.chars().rev().skip_while(|c| !c.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
@@ -217,7 +236,19 @@ fn times(
     for &k in clocks {
         if let Some((line, text)) = &raw.texts[k] {
             let column = &raw.headings[k];
-            return Err(Fault::new(format!("line {line}, column `{column}`: `{text}` is not a number of seconds")));
+            return Err(Fault::new(format!(
+                "line {line}, column `{column}`: `{text}` is neither a number of seconds nor like the points in time above it; \
+                 points in time are read as {FORMS}"
+            )));
+        }
+        if raw.stamps[k].is_some() {
+            let first = if raw.stamps[k] == Some(Kind::Time) { " (after midnight a new day begins)" } else { "" };
+            let name = &raw.headings[k];
+            notes.push(format!(
+                "`{name}` holds points in time: they are read as seconds since the first row of the file{first}"
+            ));
+            layout.times.insert(name.clone(), 1.0);
+            continue;
         }
         let own = parts[k].1.as_ref();
         let scale = own.and_then(|own| unit(own)).filter(|unit| unit.si == "s").map(|unit| unit.scale);
@@ -249,6 +280,13 @@ fn columns(
                 "line {line}, column `{column}`: `{text}` is not a number; --skip \"{column}\" leaves the column out"
             );
             return Err(Fault::new(sentence));
+        }
+        if let Some(kind) = raw.stamps[k] {
+            let what =
+                if kind == Kind::Day { "dates" } else { "points in time, which are not those of the other columns," };
+            notes.push(format!("`{column}` holds {what} and is left out"));
+            layout.columns.insert(column, ColumnPlan { skip: true, ..ColumnPlan::default() });
+            continue;
         }
         if raw.columns[k].iter().all(|value| value.is_nan()) {
             notes.push(format!("`{column}` holds no values and is left out"));

@@ -263,6 +263,12 @@ fn set(
     format!("{:#}\n", Value::Object(object))
 }
 
+/// Does a column hold points in time?
+fn holds_stamps(raw: &Raw, heading: &str) -> bool {
+    let place = raw.headings.iter().position(|own| own == heading);
+    place.and_then(|k| raw.stamps.get(k)).is_some_and(Option::is_some)
+}
+
 /// Words on one file.
 fn say(
     words: &mut String,
@@ -299,6 +305,9 @@ fn say(
                 let _ = writeln!(words, "{between} between fields, {decimal}, {encoding}, {header}; {span}");
             }
             match (&layout.time, layout.rate) {
+                (Some(time), _) if holds_stamps(raw, time) => {
+                    let _ = writeln!(words, "  times: `{time}`, seconds since the first row");
+                }
                 (Some(time), _) => {
                     let scale = layout.times.get(time).copied().unwrap_or(1.0);
                     let _ = writeln!(words, "  times: `{time}`, {scale} s per unit");

@@ -6,6 +6,7 @@
 
 use super::Asked;
 use super::raw::Raw;
+use super::stamp::Kind;
 use super::unit::{heading, unit};
 use crate::record::sampling;
 
@@ -84,6 +85,10 @@ impl Columns<'_> {
         self.parts[k].1.as_ref().map(|own| unit(own).is_some_and(|unit| unit.si == "s"))
     }
 
+    fn kind(&self, k: usize) -> Option<Kind> {
+        self.raw.stamps.get(k).copied().flatten()
+    }
+
     fn stem(&self, k: usize) -> &str {
         stem(&self.parts[k].0, self.parts[k].1.as_deref())
     }
@@ -123,7 +128,7 @@ pub(super) fn clocks(
 ) -> Vec<usize> {
     let own = Columns { raw, parts, is_skipped };
     let all = || (0..parts.len()).filter(|&k| !(own.is_skipped)(k));
-    let likely: Vec<usize> = all().filter(|&k| own.is_clock(k)).collect();
+    let likely: Vec<usize> = all().filter(|&k| own.kind(k).is_none() && own.is_clock(k)).collect();
     let mut found = Vec::new();
     for &k in &likely {
         let beside = likely.iter().any(|&other| other != k && own.ascends(other));
@@ -150,11 +155,17 @@ pub(super) fn clocks(
         }
         return found;
     }
+    let is_point =
+        |k: &usize| matches!(own.kind(*k), Some(Kind::Time | Kind::Point)) && (own.is_named(*k) || own.ascends(*k));
+    let points: Vec<usize> = all().filter(is_point).collect();
+    if !points.is_empty() {
+        return points;
+    }
     // A first column that ascends evenly, but does not merely count.
     let counts = raw.columns.first().is_some_and(|values| {
         values.windows(2).all(|pair| pair[1] - pair[0] == 1.0) && values.first().is_some_and(|v| *v == 0.0 || *v == 1.0)
     });
-    let is_first = |k: usize| parts[k].1.is_none() && own.ascends(k) && own.is_even(k);
+    let is_first = |k: usize| parts[k].1.is_none() && own.kind(k).is_none() && own.ascends(k) && own.is_even(k);
     if all().next() == Some(0) && is_first(0) && !counts && !own.is_doubtful(0) {
         notes.push(format!("no column is called a time; `{}`, which ascends evenly, is taken for it", raw.headings[0]));
         return vec![0];

@@ -4,6 +4,7 @@
 //! header of as many fields, is the file's.  A comma is not both at once unless fields are quoted.
 
 use super::fields::{Delimiter, number, split};
+use super::stamp::stamp;
 use super::unit::unit;
 use crate::Fault;
 
@@ -96,7 +97,8 @@ fn judge(lines: &[(usize, &str)], delimiter: Delimiter, decimal: char) -> Option
         .map(|&(line, text)| {
             let fields = split(text, delimiter);
             let filled = fields.iter().filter(|field| !field.is_empty()).count();
-            let numbers = fields.iter().filter(|field| !field.is_empty() && number(field, decimal).is_some()).count();
+            let is_number = |field: &&String| number(field, decimal).is_some() || stamp(field).is_some();
+            let numbers = fields.iter().filter(|field| !field.is_empty()).filter(is_number).count();
             Row { line, fields, numbers, filled }
         })
         .collect();
@@ -194,6 +196,8 @@ mod tests {
         // Two columns of integers, and one with a decimal comma under a header.
         assert_eq!(found(&format!("t,p\n{}", rows("T,7\n"))), (",", '.', 1, 0, 2));
         assert_eq!(found(&format!("p [bar]\n{}", rows("T,7\n"))).1, ',');
+        assert_eq!(found(&format!("day;t;p\n{}", rows("01.03.2024;22:59:59,90T;0.5\n"))), (";", '.', 1, 0, 2));
+        assert_eq!(found(&format!("t,p\n{}", rows("2024-03-01 10:00:00.00T,0.5\n"))), (",", '.', 1, 0, 2));
         assert_eq!(found(&format!("Name;Test 3\nDruck;5\nt;p\n{}", rows("T;7\n"))), (";", '.', 3, 0, 4));
     }
 

@@ -11,12 +11,14 @@ mod fields;
 mod layout;
 mod plan;
 mod raw;
+mod stamp;
 mod starter;
 mod table;
 #[cfg(test)]
 mod tests;
 mod unit;
 
+pub use assume::Assumptions;
 pub use carry::Imported;
 pub use plan::Plan;
 pub use raw::Content;

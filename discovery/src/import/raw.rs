@@ -4,6 +4,7 @@ use super::clocks::is_called_time;
 use super::decode::decode;
 use super::fields::{Delimiter, number, split};
 use super::layout::{TextLayout, bare};
+use super::stamp::{Kind, Stamps};
 use super::unit::heading;
 use crate::Fault;
 
@@ -30,6 +31,8 @@ pub(super) struct Raw {
     pub texts: Vec<Option<(usize, String)>>,
     /// Lines before the header.
     pub preamble: Vec<String>,
+    /// What columns of points in time say.
+    pub stamps: Vec<Option<Kind>>,
     /// Columns of times that got another heading, as an earlier one has theirs: position and heading in the file.
     pub renamed: Vec<(usize, String)>,
 }
@@ -60,6 +63,7 @@ impl Raw {
             raw.headings.push(name.clone());
             raw.columns.push(values.clone());
             raw.texts.push(None);
+            raw.stamps.push(None);
         }
         raw.number_times();
         raw.refuse_twice(0)?;
@@ -72,7 +76,7 @@ impl Raw {
     /// A sentence with the line at fault, without the name of the file.
     pub(super) fn of_text(text: &str, layout: &TextLayout) -> Result<Self, Fault> {
         let mut raw = Self::default();
-        let mut width = None;
+        let (mut width, mut stamps) = (None, Stamps::default());
         for (k, line) in text.lines().enumerate() {
             let at = k + 1;
             if at == layout.header_line || at == layout.unit_line {
@@ -95,7 +99,11 @@ impl Raw {
                 continue;
             }
             let fields = split(line, layout.delimiter);
-            let width = *width.get_or_insert_with(|| raw.begin(&fields));
+            let width = *width.get_or_insert_with(|| {
+                let width = raw.begin(&fields);
+                stamps = Stamps::of(width);
+                width
+            });
             let extra = fields.get(width..).unwrap_or_default().iter().find(|field| !field.is_empty());
             if fields.len() < width || extra.is_some() {
                 let count = if fields.len() == 1 { "1 field".to_string() } else { format!("{} fields", fields.len()) };
@@ -109,7 +117,11 @@ impl Raw {
             }
             raw.lines.push(u32::try_from(at).unwrap_or(u32::MAX));
             for (column, field) in fields.iter().take(width).enumerate() {
-                let value = number(field, layout.decimal);
+                let value = match number(field, layout.decimal) {
+                    Some(gap) if gap.is_nan() => Some(gap),
+                    Some(value) => stamps.close(column).then_some(value),
+                    None => stamps.next(column, field),
+                };
                 if value.is_none() && raw.texts[column].is_none() {
                     raw.texts[column] = Some((at, field.chars().take(60).collect()));
                 }
@@ -120,6 +132,7 @@ impl Raw {
             let line = layout.first_line;
             return Err(Fault::new(format!("line {line}: there are no rows of numbers from this line on")));
         }
+        raw.stamps = stamps.into_kinds();
         raw.drop_nameless();
         raw.number_times();
         raw.refuse_twice(layout.header_line)?;
@@ -149,6 +162,7 @@ impl Raw {
                 self.headings.remove(k);
                 self.columns.remove(k);
                 self.texts.remove(k);
+                self.stamps.remove(k);
                 if k < self.units.len() {
                     self.units.remove(k);
                 }

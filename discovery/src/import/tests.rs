@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::{Asked, Content, Imported, Plan, RawFile};
+use super::{Asked, Assumptions, Content, Imported, Plan, RawFile};
 use crate::Fault;
 use hyd_system::random::SplitMix;
 
@@ -39,7 +39,7 @@ fn german() -> String {
 
 fn run(bytes: Vec<u8>, asked: &Asked) -> Result<(Plan, Imported), Fault> {
     let files = [RawFile { name: "shot_07.csv".into(), content: Content::Text(bytes.clone()) }];
-    let (plan, notes) = Plan::assume("bench", "raw", &files, asked)?;
+    let Assumptions { plan, notes, .. } = Plan::assume("bench", "raw", &files, asked)?;
     let outcome = plan.carry_out(&notes, &mut |_| Ok(Content::Text(bytes.clone())))?;
     Ok((plan, outcome))
 }
@@ -213,6 +213,55 @@ fn temperatures_called_like_times_are_channels() {
         assert!(near(&found[name], wanted) && near(&found["time_s"], |row| row[0]), "{head}");
         assert_eq!(outcome.words.contains("is taken for a channel, for there are other times"), is_heating);
     }
+}
+
+#[test]
+fn points_in_time_become_seconds() {
+    let clock = |t: f64, mark: char| {
+        // Ten milliseconds before midnight.
+        let ticks = (t / PERIOD).round() as usize;
+        let (day, left) = if ticks < 100 { (1, 59.99 + t) } else { (2, t - 0.01) };
+        let (hours, minutes) = if day == 1 { (23, 59) } else { (0, 0) };
+        (day, format!("{hours:02}:{minutes:02}:{left:07.4}").replace('.', &mark.to_string()))
+    };
+    let whole = text("Timestamp,y [mm]\n", |[t, _, y, _]| {
+        let (day, time) = clock(*t, '.');
+        format!("2024-03-{day:02} {time},{y:.3}")
+    });
+    let apart = text("Date;Time;y [mm]\n", |[t, _, y, _]| {
+        let (day, time) = clock(*t, ',');
+        format!("0{day}.03.2024;{time};{y:.3}")
+    });
+    for (bytes, said) in [
+        (whole.clone(), "`Timestamp` holds points in time: they are read as seconds since the first row of the file\n"),
+        (apart, "`Date` holds dates and is left out"),
+    ] {
+        let (plan, outcome) = run(bytes.clone().into_bytes(), &Asked::default()).expect("it is imported");
+        assert!(outcome.words.contains(said), "{}", outcome.words);
+        assert!(outcome.words.contains("`, seconds since the first row\n"), "{}", outcome.words);
+        let found = columns(&outcome.tables[0].1);
+        assert!(near(&found["time_s"], |row| row[0]) && near(&found["y"], |row| row[2] * 1e-3));
+        let again = plan.carry_out(&BTreeMap::new(), &mut |_| Ok(Content::Text(bytes.clone().into_bytes())));
+        assert_eq!(again.expect("again").tables, outcome.tables);
+    }
+    let said = run(whole.replacen("2024-03-02", "yesterday", 1).into_bytes(), &Asked::default());
+    let said = said.err().expect("a fault").sentence;
+    assert!(
+        said.contains("line 102, column `Timestamp`: `yesterday 00:") && said.contains("nor like the points in time"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_is_no_table_is_left_out_by_name() {
+    let file = |name: &str, text: &str| RawFile { name: name.into(), content: Content::Text(text.as_bytes().to_vec()) };
+    let files = [file("notes_1.txt", "Shot 1 was warm.\n"), file("shot_1.csv", &german())];
+    let own = Plan::assume("bench", "raw", &files, &Asked::default()).unwrap_or_else(|fault| panic!("{fault}"));
+    let why = "line 1: no rows of numbers were found; it is not a table of measurements".to_string();
+    assert_eq!(own.left_out, [("notes_1.txt".to_string(), why)]);
+    // It takes no number from a shot.
+    assert_eq!((own.plan.shot.len(), own.plan.shot[0].number), (1, 1));
+    assert!(Plan::assume("bench", "raw", &files[..1], &Asked::default()).is_err());
 }
 
 #[test]

@@ -82,6 +82,19 @@ fn inputs_are_never_written_over() {
     assert!(!scratch.path().join("raw/set.json").exists());
 }
 
+/// Notes beside the tables are no shots, and say so.
+#[test]
+fn texts_without_numbers_are_left_out_by_name() {
+    let scratch = Scratch::new();
+    folder(&scratch);
+    scratch.write("raw/notes.txt", "Shot 1 was warm.\nShot 2 was cold.\n");
+    let made = run(scratch.path(), &["bench", "import", "raw"]);
+    let said = "warning: `raw/notes.txt` is left out: line 1: no rows of numbers were found; it is not a table of measurements\n";
+    assert_eq!((made.code, made.stderr.as_str()), (Some(0), said));
+    assert!(!scratch.read("raw_bench/import.toml").contains("notes.txt"));
+    assert_eq!(run(scratch.path(), &["bench", "import", "raw_bench/import.toml"]).stderr, "");
+}
+
 #[test]
 fn bad_folders_end_in_a_sentence_and_leave_nothing() {
     let late = |from: &str, to: &str| shot(|text| text.replacen(from, to, 1));
