@@ -34,6 +34,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         ).collect::<Vec<_>>(),
         "reason": findings.reason,
         "resembles": findings.resembles.as_ref().map(|candidate| &*candidate.effect.id),
+        "unfitted": findings.unfitted.map(|(promise, needed)| json!({"promise": number(promise), "needed": needed})),
         "disturbed": disturbed::disturbed(scene, gaps),
         "remaining": disturbed::remaining(scene, gaps),
         "refuted": disturbed::refuted(findings),

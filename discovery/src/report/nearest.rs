@@ -9,6 +9,8 @@ use crate::fit::Fit;
 use crate::problem::Problem;
 use crate::search::{Pass, Status, Tried, is_beaten};
 
+/// Standard errors to either side that hold 95 % of a normal distribution.
+const ERRORS_95: f64 = 1.96;
 /// Candidates that are shown.
 const MOST: usize = 3;
 
@@ -57,7 +59,12 @@ fn sizes(problem: &Problem<'_>, fit: &Fit, effect: usize) -> Value {
         problem.unknowns.iter().enumerate().filter(|(_, own)| own.effect.is_some_and(|part| part.effect == effect));
     let list = own.map(|(k, unknown)| {
         let error = fit.standard_error(k).map_or(f64::NAN, |error| error * unknown.slope(fit.xi[k]).abs());
-        (unknown.name.clone(), json!({"value": number(unknown.value(fit.xi[k])), "stderr": number(error)}))
+        let end = |sign: f64| {
+            let error = fit.standard_error(k).unwrap_or(f64::NAN);
+            number(unknown.value(fit.xi[k] + sign * ERRORS_95 * error))
+        };
+        let value = number(unknown.value(fit.xi[k]));
+        (unknown.name.clone(), json!({"value": value, "stderr": number(error), "interval": [end(-1.0), end(1.0)]}))
     });
     list.collect::<Map<String, Value>>().into()
 }
@@ -93,7 +100,8 @@ pub(super) fn lines(json: &Value) -> Vec<String> {
         let parameters = own["parameters"].as_object().into_iter().flatten();
         let one = |(name, size): (&String, &Value)| {
             let figure = |key: &str| size[key].as_f64().unwrap_or(f64::NAN);
-            format!("{name} = {:.4e} +- {:.1e}", figure("value"), figure("stderr"))
+            let end = |k: usize| size["interval"][k].as_f64().map_or("open".to_string(), |end| format!("{end:.2e}"));
+            format!("{name} = {:.4e} +- {:.1e} (95 %: {} to {})", figure("value"), figure("stderr"), end(0), end(1))
         };
         parameters.map(one).collect::<Vec<_>>().join(", ")
     };

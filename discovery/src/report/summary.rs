@@ -42,12 +42,23 @@ pub(super) fn sentence(scene: &Scene<'_>) -> String {
             let names: Vec<String> = findings.ambiguous.iter().map(Candidate::label).collect();
             format!("ambiguous: these explain it equally well: {}", names.join(", "))
         }
-        Status::Unknown => match &findings.resembles {
-            Some(candidate) => format!(
+        Status::Unknown => match (&findings.resembles, findings.unfitted) {
+            (Some(candidate), Some((promise, needed))) => {
+                let label = candidate.label();
+                // A promise that is enough was followed by no fit that succeeded.
+                let why = match promise < needed {
+                    true => format!("promises a drop of the cost by {promise:.1}, and {needed:.0} is needed for a fit"),
+                    false => format!("promises a drop of the cost by {promise:.1}, but no fit of it succeeded"),
+                };
+                format!(
+                    "unknown: something is missing, and no library effect was fitted: the likeliest, {label}, {why}"
+                )
+            }
+            (Some(candidate), None) => format!(
                 "unknown: something is missing that no library effect explains; it resembles {}",
                 candidate.label()
             ),
-            None => "unknown: something is missing that no library effect explains".to_string(),
+            (None, _) => "unknown: something is missing that no library effect explains".to_string(),
         },
         Status::Unconverged => {
             "unconverged: the fits did not end where they could be compared; no name is given".to_string()
@@ -77,7 +88,8 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
     let mut text = String::new();
     let _ = writeln!(text, "{}", sentence(scene));
     if let Some(reason) = &findings.reason {
-        let _ = writeln!(text, "  no name, because {reason}");
+        let what = if findings.unfitted.is_some() { "not adequate" } else { "no name" };
+        let _ = writeln!(text, "  {what}, because {reason}");
     }
     for line in disturbed::lines(json, findings.status) {
         let _ = writeln!(text, "  {line}");

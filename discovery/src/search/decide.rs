@@ -63,8 +63,9 @@ impl Search<'_> {
         let standings = self.standings(pass);
         let leader = rule::leader(&standings);
         let best = leader.map_or(0.0, |k| pass.tried[k].cost_drop);
+        let promising = self.promising(pass);
         for (k, (tried, standing)) in pass.tried.iter_mut().zip(&standings).enumerate() {
-            tried.verdict = verdict(tried, standing.as_ref(), leader == Some(k), best);
+            tried.verdict = verdict(tried, standing.as_ref(), (leader == Some(k), best), promising);
             if tried.verdict == IMPLAUSIBLE
                 && let Some(fit) = &tried.fit
                 && let Some(words) = implausible(&tried.hypothesis, self.setup, fit)
@@ -159,6 +160,7 @@ impl Search<'_> {
             ambiguous,
             reason: None,
             resembles: None,
+            unfitted: None,
             runs: 0,
             seed: self.seed,
             needed: self.needed,
@@ -173,6 +175,10 @@ impl Search<'_> {
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
         let doubt = self.doubt(first, last)?;
         let best = last.tried.first().and_then(|tried| tried.hypothesis.inserts.last().cloned());
+        // Those that were fitted stand before those that were not.
+        let first_tried = last.tried.first().filter(|tried| found.is_empty() && tried.fit.is_none());
+        let promise = first_tried.and_then(|tried| Some(tried.look.as_ref()?.promise()));
+        let unfitted = promise.map(|promise| (promise, self.promising(last)));
         let (status, ambiguous) = match &outcome {
             // What unseen shots refute shows nothing where the model without it leaves nothing but noise.
             Outcome::Nothing if doubt.as_ref().is_some_and(|doubt| doubt.is_refuted) && self.is_noise(first)? => {
@@ -208,6 +214,7 @@ impl Search<'_> {
         findings.hidden = (found.is_empty() || status == Status::Adequate) && self.hides(first)?;
         if status == Status::Unknown {
             findings.resembles = found.last().cloned().or(best);
+            findings.unfitted = unfitted;
         }
         Ok(findings)
     }
@@ -318,8 +325,8 @@ fn is_adequate(pass: &Pass) -> bool {
 /// What is said of an effect that explains something with the wrong sign only.
 const OPPOSITE: &str = "the residuals are the opposite of what it does: its size would have to be negative";
 
-/// Why a candidate was not named; nothing for one that could be.
-fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64) -> String {
+/// Why a candidate was not named; nothing for one that could be.  `promising`: the promise from which on candidates are fitted.
+fn verdict(tried: &Tried, standing: Option<&Standing>, (is_first, best): (bool, f64), promising: f64) -> String {
     let promise = tried.look.as_ref().map_or(0.0, Look::promise);
     // Only of an effect that cannot have the other sign.
     let is_opposite = tried.look.as_ref().is_some_and(|look| look.score.opposite >= PROMISING.0.max(look.promise()));
@@ -329,6 +336,11 @@ fn verdict(tried: &Tried, standing: Option<&Standing>, is_first: bool, best: f64
         None if is_opposite && promise < PROMISING.0 => OPPOSITE,
         None if promise < PROMISING.0 => "its signature explains nothing of the residuals",
         None if tried.hypothesis.inserts.len() > MOST_EFFECTS => "three effects are named, and no more are looked for",
+        None if promise < promising => {
+            return format!(
+                "it promises too little to be fitted: a drop of the cost by {promise:.1}, and {promising:.0} is needed"
+            );
+        }
         None => "others promised more, or no fit succeeded",
         Some(own) if own.is_nothing() && is_opposite => OPPOSITE,
         Some(own) if own.is_nothing() => "its size is zero within its standard error",

@@ -163,6 +163,8 @@ pub struct Findings {
     pub reason: Option<String>,
     /// The best library effect where none is named.
     pub resembles: Option<Candidate>,
+    /// Where no effect was fitted: the drop of the cost that the likeliest one promises, and the promise from which on effects are fitted.
+    pub unfitted: Option<(f64, f64)>,
     /// Runs of one shot that the whole search took.
     pub runs: usize,
     /// Seed of the random starts.

@@ -72,16 +72,21 @@ impl Lowest {
 }
 
 impl Search<'_> {
-    /// Fits the likely candidates.
-    pub(super) fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
-        let ratio = pass.fit.misfit / pass.expected;
-        let count = if ratio > 2.0 || pass.seen.is_some() { SHORTLIST.1 } else { SHORTLIST.0 };
-        let promising = match pass.fit.misfit > adequate(pass.expected) {
+    /// The drop of the cost that a candidate must promise to be fitted.
+    pub(super) fn promising(&self, pass: &Pass) -> f64 {
+        match pass.fit.misfit > adequate(pass.expected) {
             // What counts as model error may be an effect that hides in it: a better model lowers the level.
             _ if !self.setup.disturbances.is_noise() => HIDDEN,
             true => PROMISING.0,
             false => PROMISING.1,
-        };
+        }
+    }
+
+    /// Fits the likely candidates.
+    pub(super) fn shortlist(&self, pass: &mut Pass) -> Result<(), Fault> {
+        let ratio = pass.fit.misfit / pass.expected;
+        let count = if ratio > 2.0 || pass.seen.is_some() { SHORTLIST.1 } else { SHORTLIST.0 };
+        let promising = self.promising(pass);
         let gain = |tried: &Tried| tried.look.as_ref().map_or(0.0, Look::promise);
         let is_found = |tried: &Tried| tried.hypothesis.inserts.last().is_some_and(|own| own.is_found());
         let most = |tried: &Tried| if is_found(tried) && ratio > FAR { SHORTLIST_FOUND } else { count };

@@ -13,7 +13,7 @@ function begin() {
   document.getElementById("about").textContent =
     `${R.title ? R.title + ". " : ""}Model ${R.model}, set ${R.set}, shots ${R.shots.train.join(", ")} fitted${held}. ` +
     `${R.simulations} runs of one shot, ${fixed(R.seconds, 1)} s, seed ${R.seed}.` + (R.whole_loops ? ` ${R.whole_loops} of them were done again with whole loops, because one variable after the other they could not be solved.` : "") +
-    (R.reason ? ` No name, because ${R.reason}.` : "") + (R.no_law ? ` No law, because ${R.no_law}.` : "") +
+    (R.reason ? ` ${R.unfitted ? "Not adequate" : "No name"}, because ${R.reason}.` : "") + (R.no_law ? ` No law, because ${R.no_law}.` : "") +
     R.units.map((own) => ` ${own.words.charAt(0).toUpperCase() + own.words.slice(1)}.`).join("");
 }
 
@@ -73,7 +73,7 @@ function cameNearest() {
     ["why it is not the answer", (r) => safe(why(r))]];
   const part = section("What came nearest", table(rows, columns), {
     wide: true, note: "Misfit: mean square of the residuals with this effect in the model; 1.00 is noise. Drop of the cost: by a fit of all unknowns." +
-      (R.resembles ? ` What is missing resembles <b>${safe(R.resembles)}</b> most.` : "") });
+      (R.resembles && !R.unfitted ? ` What is missing resembles <b>${safe(R.resembles)}</b> most.` : "") });
   part.classList.add("sizes");
 }
 
