@@ -137,12 +137,14 @@ fn finding(number: usize, own: &Findings, times: Vec<Value>, values: Vec<Value>)
         .collect();
     let marks: Vec<Value> =
         own.spikes.iter().take(MOST_MARKS).map(|spike| json!({"time": spike.time, "height": spike.height})).collect();
+    let stuck: Vec<Value> =
+        own.stuck.iter().map(|own| json!({"time": own.time, "samples": own.samples, "value": own.value})).collect();
     json!({"number": number, "times": times, "values": values, "low": own.range.0, "high": own.range.1,
         "noise": own.scatter.map(|own| own.sigma), "step": own.scatter.and_then(|own| own.step),
         "quiet": own.quiet.map(|own| own.sigma), "level": own.quiet.map(|own| own.level),
         "drift": own.drift.filter(|own| own.stands_out()).map(|own| own.change),
         "hum": line.map(|line| json!({"frequency": line.frequency, "amplitude": line.amplitude})),
-        "hum_seen": own.hum.iter().any(|line| MAINS.contains(&line.frequency)), "spikes": own.spikes.len(), "marks": marks,
+        "hum_seen": own.hum.iter().any(|line| MAINS.contains(&line.frequency)), "spikes": own.spikes.len(), "marks": marks, "stuck": stuck,
         "gaps": own.gaps.iter().map(|gap| gap.missing).sum::<usize>(), "clipped": clipped})
 }
 
@@ -210,6 +212,22 @@ fn notes(bench: &Bench, found: &[(usize, Findings)], stated: Option<f64>, unit: 
     if spikes > 0 {
         let what = if spikes == 1 { "1 spike".to_string() } else { format!("{spikes} spikes") };
         notes.push(format!("{what}, {}", in_shots(&listed(&|own| !own.spikes.is_empty()))));
+    }
+    let lost: usize = found.iter().flat_map(|(_, own)| &own.stuck).map(|own| own.samples).sum();
+    if lost > 0 {
+        let mut all: Vec<f64> = found.iter().flat_map(|(_, own)| &own.stuck).map(|own| own.value).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all.dedup();
+        let at = match all[..] {
+            [one] => format!("exactly {}", value(one)),
+            _ => "one value each".to_string(),
+        };
+        let parts: usize = found.iter().map(|(_, own)| own.stuck.len()).sum();
+        let parts = if parts == 1 { "1 dropout".to_string() } else { format!("{parts} dropouts") };
+        notes.push(format!(
+            "{parts}: {lost} samples stand at {at}, far from those before and after, {}",
+            in_shots(&listed(&|own| !own.stuck.is_empty()))
+        ));
     }
     let missing: usize = found.iter().flat_map(|(_, own)| &own.gaps).map(|gap| gap.missing).sum();
     if missing > 0 {
@@ -322,6 +340,8 @@ mod tests {
         );
         let said = notes_of(|shot, k, value| if shot == 2 && k == 700 { value + 4.0 } else { value });
         assert_eq!(said, ["1 spike, in shot 3"]);
+        let said = notes_of(|shot, k, value| if shot == 1 && (50..60).contains(&k) { 0.0 } else { value });
+        assert_eq!(said, ["1 dropout: 10 samples stand at exactly 0, far from those before and after, in shot 2"]);
         let said = notes_of(|shot, k, value| if shot == 1 && (50..60).contains(&k) { f64::NAN } else { value });
         assert_eq!(said, ["10 samples are missing, in shot 2"]);
         let said =

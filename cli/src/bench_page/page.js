@@ -145,7 +145,7 @@ function standsOut(main) {
   add(own, "h2", "What stands out");
   const list = add(own, "ul");
   for (const channel of DATA.channels) for (const note of channel.notes) add(list, "li", `${channel.name}: ${note}`);
-  if (!list.children.length) add(own, "p", "Nothing: no drift, spikes, gaps or clipping, no hum in records long enough to show it, and no noise other than what is stated.");
+  if (!list.children.length) add(own, "p", "Nothing: no drift, spikes, dropouts, gaps or clipping, no hum in records long enough to show it, and no noise other than what is stated.");
   const rows = DATA.channels.map((channel) => [channel.words ? `${channel.name} (${channel.words})` : channel.name,
     withUnit(channel.stated, channel.unit), withUnit(channel.noise, channel.unit), withUnit(channel.quiet, channel.unit)]);
   table(own, ["noise", "stated, with rounding", "by differences of neighbours", "before the trigger"], rows);
@@ -198,9 +198,9 @@ function channels(main) {
     const hum = (shot) => shot.hum ? [`${number(shot.hum.amplitude)} at ${shot.hum.frequency} Hz`, true] : shot.hum_seen ? "none" : "too short";
     const clipped = (shot) => shot.clipped.length ? [shot.clipped.map((own) => `${own.samples} at ${number(own.value)}`).join(", "), true] : "none";
     table(own, ["shot", "smallest", "largest", "noise by differences", "before the trigger", "step", "level before", "drift before", "hum",
-      "spikes", "missing", "clipped"], channel.shots.map((shot) => [`shot ${shot.number}`, number(shot.low), number(shot.high),
+      "spikes", "dropouts", "missing", "clipped"], channel.shots.map((shot) => [`shot ${shot.number}`, number(shot.low), number(shot.high),
       number(shot.noise), number(shot.quiet), number(shot.step), number(shot.level, 5),
-      shot.drift === null ? "none" : [number(shot.drift), true], hum(shot), [shot.spikes, shot.spikes > 0], [shot.gaps, shot.gaps > 0],
+      shot.drift === null ? "none" : [number(shot.drift), true], hum(shot), [shot.spikes, shot.spikes > 0], [shot.stuck.length, shot.stuck.length > 0], [shot.gaps, shot.gaps > 0],
       clipped(shot)]));
   }
 }

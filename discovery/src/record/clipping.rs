@@ -6,7 +6,8 @@
 
 use hyd_system::math::{exp, powi};
 
-use super::scatter;
+use super::scatter::SEEN;
+use super::{Scatter, Stuck, scatter};
 
 /// Fewest equal samples in a row.
 const FEWEST: usize = 4;
@@ -16,8 +17,6 @@ const BETWEEN: f64 = 0.05;
 const EQUAL: f64 = 0.5;
 /// How steep a signal comes and leaves, as a part of its range per sample.
 const STEEP: f64 = 1e-4;
-/// Smallest noise, as a part of the range, that is more than the digits of a simulated record.
-const SEEN: f64 = 1e-6;
 /// Largest chance of a run of equal samples that is taken for the end of a range.
 const CHANCE: f64 = 1e-4;
 
@@ -28,6 +27,19 @@ pub(crate) struct Clipping {
     pub top: Option<Limit>,
     /// The same for the smallest value.
     pub bottom: Option<Limit>,
+}
+
+impl Clipping {
+    /// The same without dropouts, whose value may be an extreme one; none where nothing is left.
+    pub(super) fn without(self, dropouts: &[Stuck]) -> Option<Self> {
+        let left = |limit: Option<Limit>| {
+            let own = limit?;
+            let lost: usize = dropouts.iter().filter(|lost| lost.value == own.value).map(|lost| lost.samples).sum();
+            Some(Limit { samples: own.samples.saturating_sub(lost), ..own }).filter(|own| own.samples >= FEWEST)
+        };
+        let own = Self { top: left(self.top), bottom: left(self.bottom) };
+        (own.top.is_some() || own.bottom.is_some()).then_some(own)
+    }
 }
 
 /// One end of the range.
@@ -55,11 +67,9 @@ pub(crate) fn end_of_range<'r>(
     for (times, values) in records {
         let is_seen = |sigma: f64| sigma > SEEN * (high - low);
         let Some(own) = scatter(times, values).filter(|own| own.is_settled && is_seen(own.sigma)) else { continue };
-        // A sample of normal noise about the middle of a step falls into that step, which is the most likely one.
-        let alike = share_within(0.5 * own.step.unwrap_or(0.0) / own.sigma);
         let ends = |value: f64| {
             let run = longest_run(values, value);
-            run >= FEWEST && powi(alike, run as i32 - 1) * values.len() as f64 <= CHANCE
+            run >= FEWEST && !is_chance(run, &own, values.len())
         };
         if ends(high) {
             top = high;
@@ -69,6 +79,13 @@ pub(crate) fn end_of_range<'r>(
         }
     }
     (bottom, top)
+}
+
+/// Could so many equal samples in a row be chance, in a record of `count` samples with this noise?
+pub(super) fn is_chance(run: usize, noise: &Scatter, count: usize) -> bool {
+    // A sample of normal noise about the middle of a step falls into that step, which is the most likely one.
+    let alike = share_within(0.5 * noise.step.unwrap_or(0.0) / noise.sigma);
+    powi(alike, run as i32 - 1) * count as f64 > CHANCE
 }
 
 /// The most samples in a row that have exactly this value.

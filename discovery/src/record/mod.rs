@@ -11,6 +11,7 @@ mod repeats;
 mod sampling;
 mod scatter;
 mod spikes;
+mod stuck;
 
 pub(crate) use clipping::{Clipping, clipping, end_of_range};
 pub(crate) use drift::{Drift, drift};
@@ -20,6 +21,7 @@ pub(crate) use repeats::repeats;
 pub(crate) use sampling::{Gap, sampling};
 pub(crate) use scatter::{Quiet, Scatter, quiet, scatter};
 pub(crate) use spikes::{Spike, spikes};
+pub(crate) use stuck::{Stuck, stuck};
 
 /// What one channel of one shot shows.
 #[derive(Clone, PartialEq, Debug)]
@@ -40,6 +42,8 @@ pub(crate) struct Findings {
     pub spikes: Vec<Spike>,
     /// Values that stand at the largest or smallest one; none where there is nothing of the kind.
     pub clipping: Option<Clipping>,
+    /// Equal values in a row far from their neighbours.
+    pub stuck: Vec<Stuck>,
     /// Runs of missing values and of missing times.
     pub gaps: Vec<Gap>,
 }
@@ -54,16 +58,19 @@ pub(crate) fn examine(times: &[f64], values: &[f64], trigger: f64) -> Option<Fin
         return None;
     }
     let range = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let noise = scatter(times, values);
+    let stuck = stuck(times, values, noise.as_ref(), range);
     let before = times.partition_point(|&t| t < trigger).min(values.len());
     Some(Findings {
         samples,
         range,
-        scatter: scatter(times, values),
+        scatter: noise,
         quiet: quiet(times, values, trigger),
         drift: drift(&times[..before.min(times.len())], &values[..before]),
         hum: hum(times, values),
         spikes: spikes(times, values),
-        clipping: clipping(values),
+        clipping: clipping(values).and_then(|own| own.without(&stuck)),
+        stuck,
         gaps: sampling::gaps(times, values),
     })
 }
@@ -96,7 +103,10 @@ mod tests {
         assert!((found.quiet.unwrap().sigma / 0.02 - 1.0).abs() < 0.07, "{:?}", found.quiet);
         assert!(found.drift.is_some_and(|drift| !drift.stands_out()), "{:?}", found.drift);
         assert!(found.hum.len() > 4 && found.hum.iter().all(|line| !line.stands_out), "{:?}", found.hum);
-        assert!(found.spikes.is_empty() && found.clipping.is_none() && found.gaps.is_empty(), "{found:?}");
+        assert!(
+            found.spikes.is_empty() && found.clipping.is_none() && found.stuck.is_empty() && found.gaps.is_empty(),
+            "{found:?}"
+        );
         assert_eq!(examine(&times, &vec![f64::NAN; 4000], 0.0), None);
     }
 

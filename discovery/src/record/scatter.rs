@@ -22,6 +22,12 @@ const ORDERS: (usize, usize) = (3, 10);
 const SETTLED: (f64, f64) = (0.15, 4.0);
 /// Steps of time within a difference differ by no more than this factor.
 const EVEN: f64 = 1.5;
+/// Equal samples in a row that are no chance under a noise without steps.
+const ROW: usize = 3;
+/// Share of samples in such rows from which on they are looked at: the quartiles of the differences hardly see fewer.
+const FLAT: f64 = 0.1;
+/// Smallest noise, as a part of the range, that is more than the digits of a simulated record.
+pub(super) const SEEN: f64 = 1e-6;
 /// Samples that share a level where there are few levels.
 const LEVELS: usize = 5;
 /// Most samples that are searched for the step of the numbers.
@@ -70,22 +76,25 @@ pub(crate) struct Quiet {
 pub(crate) fn scatter(times: &[f64], values: &[f64]) -> Option<Scatter> {
     let record = Neighbours::of(times, values)?;
     let own = |order: usize| record.sigma(order);
-    let (mut order, (mut sigma, samples)) = (ORDERS.0, own(ORDERS.0)?);
-    let chance = SETTLED.0.max(SETTLED.1 / (samples as f64).sqrt());
+    let first = own(ORDERS.0)?;
     // Of numbers that hardly leave their steps each order says something else.
-    let is_rounded = record.step.is_some_and(|step| step > sigma);
-    let is_settled = loop {
-        if is_rounded {
-            break true;
-        }
+    let is_rounded = record.step.is_some_and(|step| step > first.0);
+    let (sigma, is_settled) = if is_rounded { (first.0, true) } else { settle(first, own) };
+    Some(Scatter { sigma, step: record.step, samples: first.1, is_settled })
+}
+
+/// The estimate that no longer falls with the order of the differences, and whether there is one; `first` is that of the lowest order.
+fn settle(first: (f64, usize), own: impl Fn(usize) -> Option<(f64, usize)>) -> (f64, bool) {
+    let (mut order, (mut sigma, samples)) = (ORDERS.0, first);
+    let chance = SETTLED.0.max(SETTLED.1 / (samples as f64).sqrt());
+    loop {
         let next = [own(order + 1), own(order + 2)];
         if !next.iter().flatten().any(|(next, _)| *next < (1.0 - chance) * sigma) {
-            break true;
+            return (sigma, true);
         }
-        let Some((higher, _)) = next[0].filter(|_| order < ORDERS.1) else { break false };
+        let Some((higher, _)) = next[0].filter(|_| order < ORDERS.1) else { return (sigma, false) };
         (order, sigma) = (order + 1, sigma.min(higher));
-    };
-    Some(Scatter { sigma, step: record.step, samples, is_settled })
+    }
 }
 
 /// What third differences show: the noise, and what the signal changes from sample to sample beside a parabola.
@@ -102,6 +111,10 @@ struct Neighbours {
     /// The longest step of time within a difference (s).
     longest: f64,
     step: Option<f64>,
+    /// Samples that stand in a row of equal ones.
+    flat: Vec<bool>,
+    /// Differences with such samples are left out.
+    without_flat: bool,
 }
 
 impl Neighbours {
@@ -111,17 +124,41 @@ impl Neighbours {
         let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let longest = EVEN * median(&mut steps)?;
         let step = step(&values);
-        Some(Self { times, values, longest, step })
+        let flat = flat(&values);
+        let mut own = Self { times, values, longest, step, flat, without_flat: false };
+        own.without_flat = own.hides_noise();
+        Some(own)
+    }
+
+    /// Do parts in which nothing changes, as where the range of a sensor ends, hide a noise that is seen elsewhere?
+    fn hides_noise(&self) -> bool {
+        let flat = self.flat.iter().filter(|flat| **flat).count();
+        // A recorder of coarse steps stands still anywhere.
+        if self.step.is_some() || (flat as f64) < FLAT * self.values.len() as f64 {
+            return false;
+        }
+        let (low, high) =
+            self.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        let without = |order: usize| self.sigma_of(order, true);
+        let Some(first) = without(ORDERS.0) else { return false };
+        let (sigma, is_settled) = settle(first, without);
+        is_settled && sigma > SEEN * (high - low)
     }
 
     /// Noise by the differences of one order and their number; none where they are too few.
     fn sigma(&self, order: usize) -> Option<(f64, usize)> {
+        self.sigma_of(order, self.without_flat)
+    }
+
+    fn sigma_of(&self, order: usize, without_flat: bool) -> Option<(f64, usize)> {
         // 1, -3, 3, -1 for the third ones; all integers up to the highest order are exact.
         let binomial = |n: usize, k: usize| (0..k).fold(1.0, |product, j| product * (n - j) as f64 / (j + 1) as f64);
         let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         let factors: Vec<f64> = (0..=order).map(|k| sign(k) * binomial(order, k).round()).collect();
         let is_even = |t: &[f64]| t.windows(2).all(|pair| pair[1] - pair[0] <= self.longest);
-        let windows = self.times.windows(order + 1).zip(self.values.windows(order + 1)).filter(|(t, _)| is_even(t));
+        let windows = self.times.windows(order + 1).zip(self.values.windows(order + 1));
+        let windows = windows.zip(self.flat.windows(order + 1)).filter(|((t, _), _)| is_even(t));
+        let windows = windows.filter(|(_, flat)| !(without_flat && flat.contains(&true))).map(|(window, _)| window);
         let mut differences: Vec<f64> =
             windows.map(|(_, v)| v.iter().rev().zip(&factors).map(|(value, factor)| factor * value).sum()).collect();
         if differences.len() < FEWEST {
@@ -131,6 +168,15 @@ impl Neighbours {
         let spread = quartile(&differences, 3, self.step) - quartile(&differences, 1, self.step);
         Some((spread / QUARTILES / binomial(2 * order, order).sqrt(), differences.len()))
     }
+}
+
+/// Samples that stand in a row of equal ones.
+fn flat(values: &[f64]) -> Vec<bool> {
+    let mut flat = Vec::with_capacity(values.len());
+    for run in values.chunk_by(|a, b| a == b) {
+        flat.extend(std::iter::repeat_n(run.len() >= ROW, run.len()));
+    }
+    flat
 }
 
 /// A quartile of sorted numbers; equal ones count as spread over their step, as in a table of groups.
@@ -209,6 +255,21 @@ mod tests {
         // The same without a noise has none to speak of.
         let smooth: Vec<f64> = times.iter().map(|&t| signal(t)).collect();
         assert!(scatter(&times, &smooth).unwrap().sigma < 1e-4);
+    }
+
+    /// Where most of a record stands at the ends of its range, the rest shows the noise; a plunger that rests has none.
+    #[test]
+    fn flat_parts_hide_no_noise() {
+        let mut draws = SplitMix(31);
+        let times = times(4000);
+        let signal = |k: usize| 0.1 * (k as f64 / 150.0).sin();
+        let clipped: Vec<f64> = (0..4000).map(|k| (signal(k) + 2e-4 * draws.normal()).clamp(-0.02, 0.02)).collect();
+        let found = scatter(&times, &clipped).unwrap();
+        assert!(found.is_settled && (found.sigma / 2e-4 - 1.0).abs() < 0.15, "{found:?}");
+        let rests: Vec<f64> = (0..4000).map(|k| signal(k).clamp(-0.02, 0.02)).collect();
+        assert!(scatter(&times, &rests).unwrap().sigma < 1e-9, "{:?}", scatter(&times, &rests));
+        let switched: Vec<f64> = (0..4000).map(|k| if k / 40 % 2 == 0 { 0.0 } else { 5.0 }).collect();
+        assert!(scatter(&times, &switched).unwrap().sigma < 1e-9);
     }
 
     #[test]

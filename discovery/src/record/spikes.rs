@@ -1,8 +1,8 @@
 //! Spikes: up to three samples that stand far off while those before and after agree with each other.
 //!
-//! A peak of the signal has flanks: its neighbours are on their way.  A spike has none, so a run of samples is one only if it stands
-//! off by many standard deviations of the noise and the two samples on either side lie close together.  (Compare the median filter of
-//! Tukey, "Exploratory data analysis", 1977, of which this is the strict form.)
+//! A peak of the signal has flanks: its neighbours turn back.  A spike has none, so a run of samples is one only if it stands off the
+//! straight line over it by many standard deviations of the noise, and the two samples on either side go on like that line.  (Compare the
+//! median filter of Tukey, "Exploratory data analysis", 1977, of which this is the strict form on a slope.)
 
 use super::scatter::unevenness;
 
@@ -10,7 +10,7 @@ use super::scatter::unevenness;
 const LONGEST: usize = 3;
 /// How far a spike stands off, in standard deviations of the noise.
 const FAR: f64 = 10.0;
-/// How far its surroundings may move, as a part of its height.
+/// How much the steps between the samples around it may differ, as a part of its height.
 const STILL: f64 = 0.25;
 /// Most spikes that are listed; a record with more is not one with isolated samples.
 const MOST: usize = 1000;
@@ -47,10 +47,13 @@ pub(crate) fn spikes(times: &[f64], values: &[f64]) -> Vec<Spike> {
 
 /// Number of samples and height of the spike that begins at `k`.
 fn spike(values: &[f64], k: usize, samples: usize, least: f64) -> Option<(usize, f64)> {
-    let around = [values[k - 2], values[k - 1], *values.get(k + samples)?, *values.get(k + samples + 1)?];
-    let (low, high) = around.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
-    let level = around.iter().sum::<f64>() / 4.0;
-    let heights = values[k..k + samples].iter().map(|value| value - level);
+    let [first, before, after, last] =
+        [values[k - 2], values[k - 1], *values.get(k + samples)?, *values.get(k + samples + 1)?];
+    // The step from sample to sample before it, over it and after it.
+    let over = (after - before) / (samples + 1) as f64;
+    let steps = [before - first, over, last - after];
+    let (low, high) = steps.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    let heights = (0..samples).map(|own| values[k + own] - before - (own + 1) as f64 * over);
     // The sample that stands off least, all on one side; what is not finite fails every comparison.
     let smallest = heights.clone().reduce(|a, b| if b.abs() < a.abs() { b } else { a })?;
     let largest = heights.clone().reduce(|a, b| if b.abs() > a.abs() { b } else { a })?;
@@ -86,6 +89,23 @@ mod tests {
             assert!((spike.height - height).abs() < 0.3, "{spike:?}");
         }
         assert_eq!(found[0].time, times[700]);
+    }
+
+    /// What moves by a half of its height from sample to sample shows a spike all the same.
+    #[test]
+    fn spikes_on_a_slope_are_found() {
+        let mut draws = SplitMix(10);
+        let times: Vec<f64> = (0..1000).map(|k| f64::from(k) * 2e-3).collect();
+        // Two tones of 90 and 20 samples a period.
+        let signal = |k: usize| 0.1 * (k as f64 * 0.07).sin() + 0.008 * (k as f64 * 0.3).sin();
+        let mut values: Vec<f64> = (0..1000).map(|k| signal(k) + 2e-4 * draws.normal()).collect();
+        assert_eq!(spikes(&times, &values), []);
+        let places: Vec<usize> = (0..18).map(|k| 20 + 53 * k).collect();
+        for (number, &k) in places.iter().enumerate() {
+            values[k] += if number % 2 == 0 { 0.02 } else { -0.02 };
+        }
+        let found: Vec<usize> = spikes(&times, &values).iter().map(|spike| spike.index).collect();
+        assert_eq!(found, places);
     }
 
     #[test]
