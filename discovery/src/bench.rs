@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
+use hyd_compiler::did_you_mean;
 use hyd_system::Series;
 use serde::Deserialize;
 use serde_json::Value;
@@ -128,7 +129,11 @@ impl Bench {
         if text.len() > LONGEST {
             return Err(Fault::new(format!("`{shown}`: it is longer than {} MB, as no set is", LONGEST >> 20)));
         }
-        let stated: Stated = serde_json::from_str(text).map_err(|error| Fault::new(format!("`{shown}`: {error}")))?;
+        let stated: Stated = serde_json::from_str(text).map_err(|error| {
+            // A key that is missing may be there under another name, which says more.
+            let fault = check_keys(text).err().unwrap_or_else(|| Fault::new(error.to_string()));
+            Fault::new(format!("`{shown}`: {fault}"))
+        })?;
         let stem = name.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let mut warnings = check_keys(text).map_err(|fault| Fault::new(format!("`{shown}`: {fault}")))?;
         let mut bench = Self {
@@ -147,7 +152,10 @@ impl Bench {
         for (k, Once(experiment)) in stated.experiments.iter().enumerate() {
             let wrong = |sentence: String| Fault::new(format!("`{shown}`: shot {} in its list{sentence}", k + 1));
             let Some(file) = experiment.get("file").and_then(Value::as_str) else {
-                return Err(wrong(" names no file".to_string()));
+                let hint = experiment
+                    .keys()
+                    .find_map(|key| did_you_mean(key, ["file"]).map(|hint| format!("; `{key}`: {hint}")));
+                return Err(wrong(format!(" names no file{}", hint.unwrap_or_default())));
             };
             let is_number = |value: &Value| value.as_str().is_some_and(|text| text.trim().parse::<f64>().is_ok());
             if let Some((key, value)) = experiment.iter().find(|(_, value)| is_number(value)) {
@@ -160,7 +168,13 @@ impl Bench {
                 Some(number) => return Err(wrong(format!(": `shot` is {number}, and must be an integer"))),
                 None => k + 1,
             };
-            let table = read_table(file, &read(file)?, study)?;
+            let named = |fault: Fault| {
+                let quoted = Value::from(file).to_string();
+                let line = text.find(&quoted).map(|at| text[..at].matches('\n').count() + 1);
+                let line = line.map_or_else(String::new, |line| format!(", line {line}"));
+                Fault { sentence: format!("{} (shot {} of `{shown}`{line})", fault.sentence, k + 1), ..fault }
+            };
+            let table = read_table(file, &read(file).map_err(named)?, study)?;
             let ShotTable { times, values, inputs, header, warnings: own } = table;
             warnings.extend(own);
             columns.extend(header);

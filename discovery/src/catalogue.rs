@@ -383,6 +383,24 @@ pub(crate) fn candidates(
     found
 }
 
+/// Sentences on effects that could be laws at places of the model that were found, but do not say that they are laws.
+pub(crate) fn not_laws(effects: &[Arc<Effect>], sites: &[Site], all: &[Candidate]) -> Vec<String> {
+    let takes_laws =
+        |site: &&Site| matches!(site.door, Door::Equation { .. } | Door::Connector { .. } | Door::Command { .. });
+    let is_tried = |effect: &Effect| all.iter().any(|own| own.effect.class == effect.class);
+    let sentence = |effect: &Arc<Effect>| {
+        let ids = effect.at.iter().filter_map(|ids| if let [id] = &ids[..] { Some(id) } else { None });
+        let mut sites = ids.filter_map(|id| sites.iter().filter(takes_laws).find(|site| site.id == *id));
+        let site = sites.next().filter(|_| !effect.is_law && !is_tried(effect))?;
+        let Effect { class, file, line, .. } = &**effect;
+        Some(format!(
+            "`{class}` ({file}:{line}) is not tried: the place `{}` of this model takes laws; write `law = true` in its annotation, `effect(id = \"{}\", law = true, ...)`",
+            site.id, effect.id
+        ))
+    };
+    effects.iter().filter_map(sentence).collect()
+}
+
 /// True if an equation gives a law the variables that it names.
 fn is_given(effect: &Effect, law: &crate::door::Law) -> bool {
     let is_one = |(given, (_, expression)): (&Arc<str>, &(&'static str, Option<String>))| {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use hyd_compiler::inquiry::AnnotatedClass;
 
-use crate::catalogue::{Candidate, Effect, candidates, effects, same_places};
+use crate::catalogue::{Candidate, Effect, candidates, effects, not_laws, same_places};
 use crate::fault::Fault;
 use crate::natural::natural;
 use crate::places::{beside_declared, found, of_laws};
@@ -37,6 +37,7 @@ impl Candidate {
         let measured = |name: &str| setup.data.channel(name).is_some();
         let base_model = setup.bench.base_model.as_deref();
         let mut all = candidates(&effects, &places, base_model, &measured);
+        not_laws(&effects, &places, &all).iter().for_each(|sentence| warn(sentence));
         tell_apart(&mut all).iter().for_each(|sentence| warn(sentence));
         let (all, left_out) = natural(setup, workshop, all)?;
         left_out.iter().for_each(|sentence| warn(sentence));

@@ -172,7 +172,7 @@ mod tests {
     use std::fmt::Write as _;
     use std::path::Path;
 
-    use crate::{Bench, Study};
+    use crate::{Bench, Fault, Study};
 
     const STUDY: &str = "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\ny_mm = { variable = \"y\" }\n\
         [nuisances]\nk = \"k\"\n[shots]\ntime = \"t\"\n";
@@ -236,6 +236,14 @@ mod tests {
             (set("\"noise_std\": {\"y_mm\": 1e999},"), "`set.json`: number out of range at line 2"),
             ("{\"experiments\": []}".to_string(), "`set.json`: line 1: it holds no shots"),
             (
+                "{\n\"experimnts\": []}".to_string(),
+                "`set.json`: line 2: a set has no `experimnts`; did you mean `experiments`?",
+            ),
+            (
+                "{\"experiments\": [{\"fiel\": \"a.csv\"}]}".to_string(),
+                "`set.json`: shot 1 in its list names no file; `fiel`: did you mean `file`?",
+            ),
+            (
                 "{\"experiments\": [{\"file\": \"a.csv\", \"p\": \"1e5\"}]}".to_string(),
                 "`set.json`: shot 1 in its list: `p` is the text \"1e5\"",
             ),
@@ -247,6 +255,38 @@ mod tests {
             let said = read(&set, &plain).unwrap_err();
             assert!(said.starts_with(expected), "{set}\n{said}");
         }
+    }
+
+    #[test]
+    fn what_stands_under_another_name_is_proposed() {
+        let study = format!(
+            "{}rate = 1\n",
+            STUDY.replace("[shots]\ntime = \"t\"\n", "[inputs]\nu = { column = \"volts\" }\n[shots]\n")
+        );
+        for (study, header, expected) in [
+            (
+                study.as_str(),
+                "volt,y_mm\n",
+                "there is no column `volts` for the input `u` (line 9 of the study); did you mean `volt`?",
+            ),
+            (STUDY, "tt,y_mm\n", "there is no column `t` of times; there are: tt, y_mm; did you mean `tt`?"),
+        ] {
+            let study = Study::parse(study).unwrap();
+            let table = table(|text| text.replacen("t,y_mm\n", header, 1));
+            let said = Bench::parse(Path::new("set.json"), &set(WHOLE), &study, &mut |_| Ok(table.clone()));
+            let said = said.unwrap_err().sentence;
+            assert!(said.ends_with(expected), "{said}");
+        }
+        // A table that is not there is known by the set's line.
+        let set = "{\"experiments\": [{\"file\": \"a.csv\"},\n{\"file\": \"b.csv\"}]}";
+        let plain = table(str::to_string);
+        let mut read = |name: &str| match name {
+            "a.csv" => Ok(plain.clone()),
+            _ => Err(Fault::new(format!("`{name}` cannot be read"))),
+        };
+        let study = Study::parse(STUDY).unwrap();
+        let said = Bench::parse(Path::new("set.json"), set, &study, &mut read).unwrap_err().sentence;
+        assert_eq!(said, "`b.csv` cannot be read (shot 2 of `set.json`, line 2)");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use hyd_compiler::did_you_mean;
 use hyd_system::Series;
 
 use crate::clock::{Clock, all_times};
@@ -82,8 +83,10 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
     for (name, input) in &study.inputs {
         let (clock, column) = found(&input.column).ok_or_else(|| {
             let place = study.place(&["inputs", name, "column"]);
+            let hint = did_you_mean(&input.column, header.iter().map(String::as_str));
+            let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
             wrong(format!(
-                "there is no column `{}` for the input `{name}` ({})",
+                "there is no column `{}` for the input `{name}` ({}){hint}",
                 input.column,
                 place.trim_end_matches(": ")
             ))
@@ -139,8 +142,10 @@ fn no_times(header: &[String], wanted: &str) -> String {
             );
         }
     }
+    let hint = did_you_mean(wanted, header.iter().map(String::as_str));
+    let hint = hint.map_or_else(String::new, |hint| format!("; {hint}"));
     let names = header.join(", ");
-    format!("there is no column `{wanted}` of times; there are: {}", shortened(&names))
+    format!("there is no column `{wanted}` of times; there are: {}{hint}", shortened(&names))
 }
 
 /// The beginning of what may be a whole file without a line's end.

@@ -198,6 +198,51 @@ fn effects_that_do_not_fit_are_named_with_their_places() {
     }
 }
 
+/// A model without places takes laws at its equations; an effect that does not say that it is one is named with what to write.
+#[test]
+fn effects_that_should_be_laws_are_named() {
+    let folder = Scratch::new();
+    folder.write(
+        "coil.hyd",
+        "model Coil\n  parameter Real R(unit = \"Ohm\") = 2;\n  parameter Real L(unit = \"H\") = 0.1;\n  input Real u(unit = \"V\");\n  \
+         Real i(unit = \"A\", start = 0, fixed = true);\nequation\n  L*der(i) = u - R*i;\nend Coil;\n",
+    );
+    folder.write(
+        "study.toml",
+        "file = \"coil.hyd\"\n[models]\ndefault = \"Coil\"\n[channels]\ni_A = { variable = \"i\", unit = \"A\", noise = 0.01 }\n\
+         [inputs]\nu = { column = \"volt\", unit = \"V\" }\n[nuisances]\nR = { parameter = \"R\", relative = 0.05 }\n[shots]\ntime = \"t\"\n",
+    );
+    for (name, height) in [("a.csv", 4.0), ("b.csv", 6.0), ("c.csv", 8.0)] {
+        let mut table = "t,volt,i_A\n".to_string();
+        for k in 0..200_i32 {
+            let t = 1e-3 * f64::from(k);
+            // A sawtooth stands in for noise.
+            let noise = 0.017 * (f64::from((k * 7919) % 101) / 50.0 - 1.0);
+            table += &format!("{t},{height},{}\n", height / 2.0 * (1.0 - (-20.0 * t).exp()) + noise);
+        }
+        folder.write(name, table);
+    }
+    folder
+        .write("set.json", "{\"experiments\": [{\"file\": \"a.csv\"}, {\"file\": \"b.csv\"}, {\"file\": \"c.csv\"}]}");
+    std::fs::create_dir(folder.path().join("library")).unwrap();
+    let law = |says: &str| {
+        format!(
+            "block Drop\n  extends Hyd.Places.VoltageLaw;\n  parameter Real U_d(min = 0) = 0.5;\nequation\n  u = -U_d*tanh(i/1e-3);\n  \
+             annotation(__hyd(effect(id = \"drop\", kind = \"physics\", {says}at = {{\"voltage\"}}, adds = U_d, zero = 0, probe = 0.3, \
+             prior = \"lognormal(0.5, 0.8)\")));\nend Drop;\n"
+        )
+    };
+    let discover = ["discover", "study.toml", "--bench", "set.json", "--report", "report", "--library", "library"];
+    let said = "warning: `Drop` (library/Drop.hyd:1) is not tried: the place `voltage` of this model takes laws; write `law = true` in its annotation";
+    for (says, is_said) in [("", true), ("law = true, ", false)] {
+        folder.write("library/Drop.hyd", law(says));
+        let outcome = run(folder.path(), &discover);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        assert_eq!(outcome.stderr.contains(said), is_said, "{}", outcome.stderr);
+        assert_eq!(folder.read("report/report.json").contains("\"drop\""), !is_said);
+    }
+}
+
 /// Shots in which a loop becomes a recurrence that grows are run with the loop whole: far from its ends the chain of `late.hyd` has
 /// `x = u*(a + 1)/a`.  What the sensor shows is 1.05 times that, and noise is none.
 #[test]

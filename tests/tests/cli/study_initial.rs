@@ -132,7 +132,7 @@ fn channels_have_clocks_of_their_own_or_a_rate() {
     assert!(errors(&folder).1[0] > 10.0);
     folder.write("st.toml", both.replace("\"slow\"", "\"slo\""));
     let outcome = fit(&folder);
-    let expected = "there is no column `slo` of times; there are: time_s, x_mm, slow, v";
+    let expected = "there is no column `slo` of times; there are: time_s, x_mm, slow, v; did you mean `slow`?";
     assert!(outcome.code == Some(1) && outcome.stderr.contains(expected), "{}", outcome.stderr);
     let bare: String = table.lines().map(|line| line.split_once(',').unwrap().1.to_string() + "\n").collect();
     folder.write("s.csv", bare);
