@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use hyd_codegen::{CompiledModel, Jacobians};
 use hyd_equations::{Combination, EquationSystem, Loops, PlanJacobian, SortedSystem};
-use hyd_flat::{FlatModel, Injection, VarId};
+use hyd_flat::{FlatModel, Injection, PerElement, VarId};
 use hyd_instance::class::nested_classes;
 use hyd_instance::{ClassId, ClassTable, Override, Sources, Trees};
 use hyd_source::{Code, Diagnostic, FileId, Files, Outcome, Severity, did_you_mean};
@@ -406,7 +406,14 @@ fn sort(result: &mut Compilation, flat: &FlatModel, options: &Options, (terms, l
     result.reduced = attempt.reduced;
     let Some(mut sorted) = attempt.sorted else { return };
     let own = result.own_files.clone();
-    result.diagnostics.extend(check_limits(&sorted, &options.set, &own));
+    let (messages, waived) = check_limits(&sorted, &options.set, &own);
+    result.diagnostics.extend(messages);
+    // What has been let pass here is not refused when it is run.
+    for v in waived {
+        let block = sorted.system.flat.locate(v).0;
+        let variable = &mut sorted.system.flat.variables[block];
+        (variable.min, variable.max) = (PerElement::All(f64::NEG_INFINITY), PerElement::All(f64::INFINITY));
+    }
     result.diagnostics.extend(check_starts(&sorted));
     let jacobian = result.stage(options.clock, "differentiate", |_| {
         hyd_equations::differentiate(&mut sorted.system, &sorted.simulation)

@@ -112,6 +112,8 @@ impl<'t, 's> Flattener<'t, 's> {
         self.note_gaps();
         self.check_ends();
         self.balance_components(bindings, sections);
+        let noted = self.notes.discrete.clone();
+        self.let_records_follow(&noted);
         self.check_discrete_time();
         self.take_given_values();
         self.settle();

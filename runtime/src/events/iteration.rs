@@ -116,7 +116,7 @@ pub(crate) fn settle(
         {
             return Ok(outcome);
         }
-        if let Some(before) = before_pass.as_ref().filter(|_| pass >= MANY_PASSES && !change.reinitialised)
+        if let Some(before) = before_pass.as_ref().filter(|_| !change.unsettled && !change.reinitialised)
             && before.switches_what_is_equal(problem, weights, (t, span), (y, yp))
         {
             return Ok(outcome);

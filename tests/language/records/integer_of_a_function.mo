@@ -36,11 +36,28 @@ package P
   equation
     port.q = port.p;
   end Sink;
+  model Switch "connected by the same kind of equation, and discrete"
+    Modelica_BooleanInput u;
+    Boolean y = not u;
+  end Switch;
+  connector Modelica_BooleanInput = input Boolean;
+  connector Modelica_BooleanOutput = output Boolean;
+  model Step
+    Modelica_BooleanOutput y = time > 0.5;
+  end Step;
   model Run
     Source source;
     Sink sink;
+    Source several[3](each h = 3*time);
+    Sink sinks[3];
+    Step step;
+    Switch switch;
   equation
     connect(source.port, sink.port);
+    connect(several.port, sinks.port);
+    connect(step.y, switch.u);
+    // expect: sinks[3].y @ 1 = 21.5
+    // expect: switch.y @ 1 = 0
     // expect: sink.y @ 0.25 = 10.5
     // expect: sink.y @ 1 = 22
     // expect: source.own.phase @ 1 = 2

@@ -236,3 +236,40 @@ fn a_run_begins_elsewhere_than_the_model_says() {
     let late = run(folder.path(), &["simulate", "m.hyd", "--start", "3"]);
     assert!(late.code == Some(2) && late.stderr.starts_with("error: "), "{:?} {}", late.code, late.stderr);
 }
+
+/// Where a library gives a value outside a limit that a library states, the model runs, in sweeps, too; what the user gives is refused,
+/// directly or through a binding of the library, however many warnings there are.
+#[test]
+fn limits_of_libraries_are_warnings_for_values_of_libraries() {
+    let folder = Scratch::new();
+    std::fs::create_dir(folder.path().join("lib")).expect("a folder");
+    folder.write(
+        "lib/L.mo",
+        "package L\n  type Small = Real(max = 10);\n  model B\n    parameter Real p = 1;\n    parameter Small q = 2*p;\n    parameter Small r = 11;\n    \
+         Real y = q + r;\n  end B;\nend L;\n",
+    );
+    let simulate = |text: &str, more: &[&str]| {
+        folder.write("m.hyd", text);
+        let mut arguments = vec!["simulate", "m.hyd", "--library", "lib", "--result", "r.csv"];
+        arguments.extend(more);
+        let outcome = run(folder.path(), &arguments);
+        assert_no_panic(&outcome);
+        (outcome.code, outcome.stderr)
+    };
+    let (code, said) = simulate("model M\n  L.B b[3];\nend M;\n", &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(said.matches("above its `max` 10").count(), 1, "{said}");
+    assert!(said.contains("warning[E0217]") && said.contains("2 more with this value and this limit"), "{said}");
+    for (text, more) in [
+        ("model M\n  L.B b(p = 6);\nend M;\n", &[][..]),
+        ("model M\n  L.B b(r = 12);\nend M;\n", &[]),
+        ("model M\n  L.B b;\nend M;\n", &["--set", "b.p=7"]),
+    ] {
+        let (code, said) = simulate(text, more);
+        assert!(code == Some(1) && said.contains("error[E0217]"), "{text}{said}");
+    }
+    folder.write("m.hyd", "model M\n  L.B b;\nend M;\n");
+    let sweep = ["sweep", "m.hyd", "--library", "lib", "--vary", "b.p=1,2", "--result", "swept"];
+    let outcome = run(folder.path(), &sweep);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+}

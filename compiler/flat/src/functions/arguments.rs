@@ -159,7 +159,10 @@ impl Flattener<'_, '_> {
                     let local = match self.size_given(expr, callee, input, cx)? {
                         Some(size) => size,
                         // What the function does not read may be anything.
-                        None if is_unset_number(expr, cx) && !callee.reads(&input.name.name) => {
+                        None if is_unset_number(expr, cx)
+                            && callee.derivatives().is_empty()
+                            && !callee.reads(&input.name.name) =>
+                        {
                             Local::Node(self.literal(0.0, ScalarType::Real))
                         }
                         None if input.ty.is_text()

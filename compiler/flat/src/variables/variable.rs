@@ -179,6 +179,7 @@ impl Flattener<'_, '_> {
             let Some(applied) = self.attribute(inst, name) else { continue };
             let Ok(value) = self.attribute_value(name, &applied) else { continue };
             let span = applied.tree.binding.as_ref().map_or(self.scopes.instances[inst].span, |e| e.span);
+            let mut warned = false;
             for element in value.flatten() {
                 let number = element.as_real();
                 let limit = name == "min" || name == "max";
@@ -198,8 +199,12 @@ impl Flattener<'_, '_> {
                         false => "it is not used".to_string(),
                     };
                     let message = format!("`nominal` is {nominal}, but says how large the variable is: {used}");
-                    self.report(Diagnostic::warning(Code::Value, message).at(span, "a positive number is meant here"));
-                    break;
+                    if !warned {
+                        self.report(
+                            Diagnostic::warning(Code::Value, message).at(span, "a positive number is meant here"),
+                        );
+                    }
+                    warned = true;
                 }
             }
             if value.shape().is_empty() && (name == "min" || name == "max") {

@@ -12,7 +12,7 @@ use hyd_syntax::tree::{
 use rustc_hash::FxHashMap;
 
 use crate::classes::class::{ClassId, ClassTable, elements};
-use crate::classes::modifier::{AstMod, Redeclare};
+use crate::classes::modifier::AstMod;
 use crate::classes::shape::Shape;
 
 impl ClassTable<'_> {
@@ -93,7 +93,7 @@ impl ClassTable<'_> {
             shape.elements[known as usize].also.push(frame);
             return Ok(());
         }
-        let (name, element_frame) = (element.name.clone(), element.frame);
+        let name = element.name.clone();
         if redeclares(new.element()) {
             self.check_replaceable(new.element(), old.element())?;
             // The new declaration takes the place of the inherited one.
@@ -128,7 +128,7 @@ impl ClassTable<'_> {
         }
         if let (Element::Class(a), Element::Class(b)) = (new.element(), old.element())
             && here != there
-            && self.same_short_class(&redeclared(shape, frame, &name, a), &redeclared(shape, element_frame, &name, b))
+            && self.same_short_class(a, b)
         {
             shape.elements[known as usize].also.push(frame);
             return Ok(());
@@ -222,17 +222,6 @@ impl ClassTable<'_> {
         }
         self.report(diagnostic.with(declared, "declared here"));
     }
-}
-
-/// A class of a base as the `extends` clauses on the way to it redeclare it.
-fn redeclared(shape: &Shape, frame: u32, name: &str, own: &NestedClass) -> NestedClass {
-    let said = &shape.frames[frame as usize].modifications;
-    let children = said.iter().flat_map(|(_, tree)| &tree.children).filter(|(child, _)| child.as_ref() == name);
-    let redeclared = children.into_iter().find_map(|(_, tree)| match &tree.redeclare {
-        Some(Redeclare::Class(new)) => Some(NestedClass::clone(new)),
-        _ => None,
-    });
-    redeclared.unwrap_or_else(|| own.clone())
 }
 
 /// What guides a solver and says nothing of what a variable is.

@@ -10,8 +10,8 @@ use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{
-    Argument, ClassBody, ClassDef, Constraint, Element, ElementModification, Ident, Modification, Name, NestedClass,
-    Path,
+    Argument, ClassBody, ClassDef, ClassKind, Constraint, Element, ElementModification, Ident, Modification, Name,
+    NestedClass, Path,
 };
 
 use crate::classes::class::{ClassId, ClassTable, elements};
@@ -167,7 +167,9 @@ impl ClassTable<'_> {
     fn named_outside(&mut self, class: ClassId, new: &ClassDef) -> Option<ClassId> {
         let ClassBody::Short { base, .. } = &new.body else { return None };
         let first = &base.parts[0].name;
-        if base.global || !matches!(self.class(class).def.body, ClassBody::Short { .. }) {
+        let around = &self.class(class).def;
+        // What packages name further inside is found from classes alone, which know nothing of redeclarations for an instance.
+        if base.global || around.kind == ClassKind::Package || !matches!(around.body, ClassBody::Short { .. }) {
             return None;
         }
         let mut level = self.outwards(Level { members: class, text: class });

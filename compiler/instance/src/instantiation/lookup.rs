@@ -12,7 +12,7 @@ use hyd_syntax::tree::{
     ClassBody, ClassKind, ComponentRef, Element, Expr, Ident, ImportKind, Name, NestedClass, Path, Variability,
 };
 
-use crate::classes::class::{ClassId, elements, imports};
+use crate::classes::class::{ClassId, ClassTable, elements, imports};
 use crate::classes::heir::Level;
 use crate::classes::modifier::{AstMod, Mods};
 use crate::classes::shape::{Shape, ShapeElement};
@@ -122,11 +122,12 @@ impl Scopes<'_> {
         around.and_then(|level| self.scope_of_level(inst, level)).unwrap_or(own)
     }
 
-    /// For a function or package that is a short definition in an instance: notes the class that its modification redeclares, which may
-    /// be one that was redeclared for the instance.
+    /// For a function that is a short definition in an instance: notes the class that its modification redeclares, which may be one that
+    /// was redeclared for the instance.
     fn redeclare_where_named(&mut self, inst: InstId, shape: &Rc<Shape>, name: &Name) {
         let instance = &self.instances[inst];
-        if instance.context.is_none() || instance.parent.is_some() || instance.local_classes.contains_key(name) {
+        let is_function = |table: &ClassTable<'_>| table.class(shape.frames[0].class).def.kind == ClassKind::Function;
+        if instance.context.is_none() || instance.local_classes.contains_key(name) || !is_function(&self.table) {
             return;
         }
         let Some(&k) = shape.by_name.get(name) else { return };

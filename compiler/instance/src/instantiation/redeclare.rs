@@ -17,7 +17,8 @@ use crate::instantiation::instance::{InstId, LocalClass, Scope};
 use crate::instantiation::scopes::Scopes;
 
 impl Scopes<'_> {
-    /// The same while the classes of an instance are redeclared, once for each: one may be redeclared by another that stands further down.
+    /// As [`Scopes::redeclare_class`] while the classes of an instance are redeclared, once for each: one may be redeclared by another that
+    /// stands further down.
     pub(crate) fn redeclare_in_time(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize) {
         let Some((mods, done)) = self.redeclaring.get_mut(&inst) else { return };
         if std::mem::replace(&mut done[k], true) {
