@@ -99,8 +99,8 @@ impl Before {
             && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
     }
 
-    /// True if the pass has switched nothing but relations whose sides are equal within the tolerance, and has neither moved the unknowns beyond
-    /// it nor changed a discrete variable or a rate noticeably.  Many such relations switch in no order that would repeat.
+    /// True if relations have switched whose sides are equal within the tolerance, and nothing else: unknowns are within it where they were,
+    /// discrete variables as they were, and rates nearly so.
     pub(crate) fn switches_what_is_equal(
         &self,
         problem: &mut Problem<'_>,

@@ -116,11 +116,6 @@ pub(crate) fn settle(
         {
             return Ok(outcome);
         }
-        if let Some(before) = before_pass.as_ref().filter(|_| !change.unsettled && !change.reinitialised)
-            && before.switches_what_is_equal(problem, weights, (t, span), (y, yp))
-        {
-            return Ok(outcome);
-        }
         earlier = before_pass;
         cycle.note(problem, (pass, MOST_PASSES), (t, &*y, &*yp));
         phase = if change.unsettled || together { EventPhase::Repeat } else { EventPhase::Iterate };

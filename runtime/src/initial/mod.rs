@@ -16,6 +16,7 @@ use hyd_system::{EventPhase, Pattern, Structure};
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
 use crate::error::{SolveError, Stage, StartAdvice};
 use crate::events::cycle::Cycle;
+use crate::events::effect::Before;
 use crate::events::held_changes;
 use crate::linear::{FactorError, LinearSolver};
 use crate::loops::{judge, judge_initial};
@@ -32,6 +33,8 @@ const FIRST_SHARE: f64 = 0.25;
 const SMALLEST_SHARE: f64 = 1e-4;
 /// Most passes of the event iteration at the start.
 const MOST_PASSES: usize = 100;
+/// After so many it is looked whether they change anything.
+const MANY_PASSES: usize = 10;
 
 /// Solver of the initial system.
 #[derive(Clone)]
@@ -121,6 +124,7 @@ impl InitialSystem {
         let mut terminated = None;
         let mut reinitialised = false;
         let mut cycle = Cycle::default();
+        let mut last: Option<Before> = None;
         for pass in 0..MOST_PASSES {
             if !reinitialised {
                 let guess = self.newton.x.clone();
@@ -154,6 +158,14 @@ impl InitialSystem {
                 }
                 sensitivity.before_pass(problem, EventPhase::Initial, t, y, yp);
             }
+            // Each pass finds the values anew: sides that equations keep equal differ by other roundings, and the truths between them never rest.
+            let settled = |last: &Before, problem: &mut Problem<'_>| {
+                last.switches_what_is_equal(problem, start.weights, (t, start.time_scale), (y, yp))
+            };
+            if !reinitialised && last.as_ref().is_some_and(|last| settled(last, problem)) {
+                return Ok(terminated);
+            }
+            last = (pass >= MANY_PASSES).then(|| Before::new(problem, t, (y, yp)));
             problem.system.held(&mut before);
             let result = problem.system.event_pass(EventPhase::Initial, t, y, yp);
             let change = result.map_err(|failure| failed(failure, problem))?;
