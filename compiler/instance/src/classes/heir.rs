@@ -162,7 +162,7 @@ impl ClassTable<'_> {
         Some(class)
     }
 
-    /// The class that a redeclaration in the modification of a short definition names: the definition is no scope of its own (4.5.1), so a
+    /// The class that a redeclaration in the modification of a short definition names: the definition is not a scope of its own (4.5.1), so a
     /// name that it redeclares means what is around.  `None` where the text of the redeclaration says it.
     fn named_outside(&mut self, class: ClassId, new: &ClassDef) -> Option<ClassId> {
         let ClassBody::Short { base, .. } = &new.body else { return None };

@@ -49,6 +49,7 @@ pub fn instantiate_apart<'s>(
         constructors: FxHashMap::default(),
         declared_names: FxHashMap::default(),
         make_element: Scopes::instantiate_element,
+        redeclare: Scopes::redeclare_class,
         depth: 0,
         open_values: Vec::new(),
         evaluating: 0,

@@ -1,12 +1,16 @@
-//! Components made when they are first named, so that the order of declarations does not matter.
+//! Components made, and local classes redeclared, when they are first named, so that the order of declarations does not matter.
 //!
 //! A size or condition may name a component that stands further down in the text (Modelica 3.6, section 4.4.1: elements
 //! have no order), and constants of a package are made one by one.  What is named while it is being made itself is a circle.
 
+use std::rc::Rc;
+
 use hyd_source::Reported;
 use hyd_syntax::tree::{ClassKind, Name};
 
-use crate::classes::modifier::Mods;
+use crate::classes::class::ClassTable;
+use crate::classes::modifier::{AstMod, Mods};
+use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, Scope};
 use crate::instantiation::scopes::Scopes;
 
@@ -30,5 +34,42 @@ impl Scopes<'_> {
             (self.make_element)(self, scope.inst, k as usize, &outer)?;
         }
         Ok(self.instances[scope.inst].by_name.get(name).copied())
+    }
+
+    /// Redeclares a local class of an instance before it is used, where its turn has not come yet.
+    pub(crate) fn redeclare_when_named(&mut self, inst: InstId, shape: &Rc<Shape>, name: &Name) {
+        if let Some(&k) = shape.by_name.get(name) {
+            self.redeclare_in_time(inst, shape, k as usize);
+            self.redeclare_for_function(inst, shape, k as usize);
+        }
+    }
+
+    /// Redeclares element `k` while the classes of an instance are redeclared, once for each: one may be redeclared by another that stands
+    /// further down.
+    pub(crate) fn redeclare_in_time(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize) {
+        let Some((mods, done)) = self.redeclaring.get_mut(&inst) else { return };
+        if std::mem::replace(&mut done[k], true) {
+            return;
+        }
+        let mods = mods.clone();
+        (self.redeclare)(self, inst, shape, k, &mods);
+    }
+
+    /// For a function that is a short definition in an instance: notes the class that its modification redeclares, which may be one that
+    /// was redeclared for the instance.
+    fn redeclare_for_function(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize) {
+        let name = &shape.elements[k].name;
+        let instance = &self.instances[inst];
+        let is_function = |table: &ClassTable<'_>| table.class(shape.frames[0].class).def.kind == ClassKind::Function;
+        if instance.context.is_none() || instance.local_classes.contains_key(name) || !is_function(&self.table) {
+            return;
+        }
+        let said = &shape.frames[shape.elements[k].frame as usize].modifications;
+        let redeclares = |tree: &AstMod| tree.children.iter().any(|(n, child)| n == name && child.redeclare.is_some());
+        let outside =
+            said.iter().any(|(frame, tree)| redeclares(tree) && self.scope_of_modifier(inst, *frame).inst != inst);
+        if outside {
+            (self.redeclare)(self, inst, shape, k, &Mods::new());
+        }
     }
 }

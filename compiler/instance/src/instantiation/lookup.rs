@@ -4,7 +4,6 @@
 //! then its imports, then the same in the enclosing classes, where only constants count as components; the others follow
 //! from there.
 
-use std::rc::Rc;
 use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
@@ -12,7 +11,7 @@ use hyd_syntax::tree::{
     ClassBody, ClassKind, ComponentRef, Element, Expr, Ident, ImportKind, Name, NestedClass, Path, Variability,
 };
 
-use crate::classes::class::{ClassId, ClassTable, elements, imports};
+use crate::classes::class::{ClassId, elements, imports};
 use crate::classes::heir::Level;
 use crate::classes::modifier::{AstMod, Mods};
 use crate::classes::shape::{Shape, ShapeElement};
@@ -79,9 +78,7 @@ impl Scopes<'_> {
             if let Some(inner) = self.inner_class(scope.inst, &shape, element) {
                 return self.class_at(inner, name, depth);
             }
-            let k = shape.by_name[name] as usize;
-            self.redeclare_in_time(scope.inst, &shape, k);
-            self.redeclare_where_named(scope.inst, &shape, name);
+            self.redeclare_when_named(scope.inst, &shape, name);
             if let Some(local) = self.instances[scope.inst].local_classes.get(name) {
                 return Some(local.clone());
             }
@@ -107,51 +104,6 @@ impl Scopes<'_> {
         }
         *depth = TOP;
         self.table.top(name).map(LocalClass::plain)
-    }
-
-    /// Where the names in the modification of a class or of an `extends` clause of it are looked up: a short definition is no scope of its own
-    /// (Modelica 3.6, section 4.5.1), so its modification belongs to what is around, as far as that is an instance.
-    pub(crate) fn scope_of_modifier(&self, inst: InstId, frame: u32) -> Scope {
-        let own = Scope { inst, frame };
-        let Some(shape) = &self.instances[inst].shape else { return own };
-        let class = shape.frames[frame as usize].class;
-        if !matches!(self.table.class(class).def.body, ClassBody::Short { .. }) {
-            return own;
-        }
-        let around = self.table.outwards(Level { members: class, text: class });
-        around.and_then(|level| self.scope_of_level(inst, level)).unwrap_or(own)
-    }
-
-    /// For a function that is a short definition in an instance: notes the class that its modification redeclares, which may be one that
-    /// was redeclared for the instance.
-    fn redeclare_where_named(&mut self, inst: InstId, shape: &Rc<Shape>, name: &Name) {
-        let instance = &self.instances[inst];
-        let is_function = |table: &ClassTable<'_>| table.class(shape.frames[0].class).def.kind == ClassKind::Function;
-        if instance.context.is_none() || instance.local_classes.contains_key(name) || !is_function(&self.table) {
-            return;
-        }
-        let Some(&k) = shape.by_name.get(name) else { return };
-        let said = &shape.frames[shape.elements[k as usize].frame as usize].modifications;
-        let redeclares = |tree: &AstMod| tree.children.iter().any(|(n, child)| n == name && child.redeclare.is_some());
-        let outside =
-            said.iter().any(|(frame, tree)| redeclares(tree) && self.scope_of_modifier(inst, *frame).inst != inst);
-        if outside {
-            self.redeclare_class(inst, shape, k as usize, &Mods::new());
-        }
-    }
-
-    /// The instance that a level of lookup stands for, where the class of `inst` is an element of an instance.
-    pub(crate) fn scope_of_level(&self, inst: InstId, level: Level) -> Option<Scope> {
-        let mut context = self.instances[inst].context;
-        while let Some(around) = context {
-            let shape = self.instances[around].shape.as_ref()?;
-            if shape.frames[0].class == level.members || shape.frames.iter().any(|f| f.class == level.members) {
-                let frame = shape.frames.iter().position(|f| f.class == level.text)?;
-                return Some(Scope { inst: around, frame: frame as u32 });
-            }
-            context = self.instances[around].context;
-        }
-        None
     }
 
     /// For an `outer` class: where the `inner` class of that name is declared.

@@ -1,5 +1,6 @@
 //! From a class and its modifications to instances, and names looked up among them.
 
+pub(crate) mod around;
 pub(crate) mod build;
 pub(crate) mod component;
 pub mod connection_rules;

@@ -17,17 +17,6 @@ use crate::instantiation::instance::{InstId, LocalClass, Scope};
 use crate::instantiation::scopes::Scopes;
 
 impl Scopes<'_> {
-    /// As [`Scopes::redeclare_class`] while the classes of an instance are redeclared, once for each: one may be redeclared by another that
-    /// stands further down.
-    pub(crate) fn redeclare_in_time(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize) {
-        let Some((mods, done)) = self.redeclaring.get_mut(&inst) else { return };
-        if std::mem::replace(&mut done[k], true) {
-            return;
-        }
-        let mods = mods.clone();
-        self.redeclare_class(inst, shape, k, &mods);
-    }
-
     /// Notes the class that a redeclaration puts in place of element `k`, a class.
     pub(crate) fn redeclare_class(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize, outer: &Mods) {
         let mods = self.mods_of(inst, shape, k, outer);

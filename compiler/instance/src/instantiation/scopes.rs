@@ -61,6 +61,9 @@ pub(crate) enum Known {
 /// Makes component `k` of the shape of an instance, with the modifications from outside of that.
 pub(crate) type MakeElement<'s> = fn(&mut Scopes<'s>, InstId, usize, &Mods) -> Result<(), Reported>;
 
+/// Redeclares a local class of an instance; lookup knows no more of it.
+pub(crate) type RedeclareClass<'s> = fn(&mut Scopes<'s>, InstId, &Rc<Shape>, usize, &Mods);
+
 /// What names mean and which values they have: classes, components, constants of packages, values computed so far.
 ///
 /// Instances are made through it, as a size may name any constant and any parameter.  When they are made it answers questions about the
@@ -84,6 +87,8 @@ pub struct Scopes<'s> {
     pub(crate) declared_names: FxHashMap<(ClassId, ClassId, Name), bool>,
     /// Makes a component of an instance's shape when it is named before its turn; instantiation, which lookup does not know.
     pub(crate) make_element: MakeElement<'s>,
+    /// Redeclares a local class when it is named before its turn; the same holds for it.
+    pub(crate) redeclare: RedeclareClass<'s>,
     pub(crate) depth: usize,
     /// Values being computed, with the places that ask for them.
     pub(crate) open_values: Vec<(InstId, Span)>,

@@ -101,9 +101,12 @@ impl Scopes<'_> {
                 position += 1;
             }
             if let Some(expr) = argument
-                && let Some(value) =
+                && let Some((mut value, said)) =
                     self.function_value(expr, (Scope { inst, frame: *frame }, component), scope, env)?
             {
+                for (input, expr) in said {
+                    value.given.push((input.name.clone(), self.evaluate(expr, scope, env)?));
+                }
                 functions.push((component.name.name.clone(), value));
                 given.push(None);
                 continue;

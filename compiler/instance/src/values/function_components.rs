@@ -8,9 +8,8 @@ use hyd_syntax::tree::{Argument, ClassBody, Component, ComponentRef, Direction, 
 use hyd_syntax::visit::{Role, Visitor, walk_reference};
 
 use crate::classes::class::elements;
-use crate::classes::heir::Level;
 use crate::classes::shape::Shape;
-use crate::instantiation::instance::{InstId, LocalClass, Scope};
+use crate::instantiation::instance::{InstId, Scope};
 use crate::instantiation::scopes::Scopes;
 
 /// A variable of a function.
@@ -110,19 +109,5 @@ impl Scopes<'_> {
             all.push(FunctionComponent { frame, component, value_scope });
         }
         Ok(all)
-    }
-
-    /// The scope that the class of a frame is written in; `None` at the top.
-    fn scope_around(&mut self, inst: InstId, shape: &Shape, frame: u32) -> Result<Option<Scope>, Reported> {
-        let text = shape.frames[frame as usize].class;
-        let level = Level { members: if frame == 0 { text } else { shape.frames[0].class }, text };
-        let Some(around) = self.table.outwards(level) else { return Ok(None) };
-        if let Some(scope) = self.scope_of_level(inst, around) {
-            return Ok(Some(scope));
-        }
-        let inst = self.package_of(&LocalClass::plain(around.members))?;
-        let shape = self.table.shape(around.members)?;
-        let frame = shape.frames.iter().position(|f| f.class == around.text).unwrap_or(0);
-        Ok(Some(Scope { inst, frame: frame as u32 }))
     }
 }

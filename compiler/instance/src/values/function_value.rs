@@ -29,43 +29,30 @@ impl Env {
 }
 
 impl Scopes<'_> {
-    /// The function that an argument is, where the input asks for one; `None` for a value.
-    pub(crate) fn function_value(
+    /// The function that an argument is, where the input asks for one, and the inputs that the argument gives it; `None` for a value.
+    pub(crate) fn function_value<'e>(
         &mut self,
-        argument: &Expr,
+        argument: &'e Expr,
         (declared, input): (Scope, &Component),
         scope: Scope,
         env: &Env,
-    ) -> Result<Option<FunctionValue>, Reported> {
-        match &argument.kind {
-            ExprKind::Partial(name, given) => self.partial(argument.span, (name, given), scope, env).map(Some),
-            ExprKind::Ref(name) if env.function(name).is_some() => Ok(env.function(name).cloned()),
+    ) -> Result<Option<(FunctionValue, &'e [(Ident, Expr)])>, Reported> {
+        let (name, given): (&ComponentRef, &[(Ident, Expr)]) = match &argument.kind {
+            // `function f(a = 1)`
+            ExprKind::Partial(name, given) => (name, given),
+            ExprKind::Ref(name) if env.function(name).is_some() => (name, &[]),
             ExprKind::Ref(name)
                 if env.get(&name.parts[0].name.name).is_none() && self.asks_for_function(declared, input) =>
             {
-                self.function_named(argument.span, name, scope).map(Some)
+                (name, &[])
             }
-            _ => Ok(None),
-        }
-    }
-
-    /// `function f(a = 1)`
-    fn partial(
-        &mut self,
-        span: Span,
-        (name, given): (&ComponentRef, &[(Ident, Expr)]),
-        scope: Scope,
-        env: &Env,
-    ) -> Result<FunctionValue, Reported> {
-        let mut function = match env.function(name) {
-            Some(known) => known.clone(),
-            None => self.function_named(span, name, scope)?,
+            _ => return Ok(None),
         };
-        for (input, value) in given {
-            let value = self.evaluate(value, scope, env)?;
-            function.given.push((input.name.clone(), value));
-        }
-        Ok(function)
+        let function = match env.function(name) {
+            Some(known) => known.clone(),
+            None => self.function_named(argument.span, name, scope)?,
+        };
+        Ok(Some((function, given)))
     }
 
     fn function_named(&mut self, span: Span, name: &ComponentRef, scope: Scope) -> Result<FunctionValue, Reported> {

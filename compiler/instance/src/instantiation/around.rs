@@ -1,0 +1,51 @@
+//! The scope around the text of a class: an instance that the class is an element of, or a package.
+
+use hyd_source::Reported;
+use hyd_syntax::tree::ClassBody;
+
+use crate::classes::heir::Level;
+use crate::classes::shape::Shape;
+use crate::instantiation::instance::{InstId, LocalClass, Scope};
+use crate::instantiation::scopes::Scopes;
+
+impl Scopes<'_> {
+    /// Where the names in the modification of a class or of an `extends` clause of it are looked up: a short definition is not a scope of its own
+    /// (Modelica 3.6, section 4.5.1), so its modification belongs to what is around.
+    pub(crate) fn scope_of_modifier(&mut self, inst: InstId, frame: u32) -> Scope {
+        let own = Scope { inst, frame };
+        let Some(shape) = self.instances[inst].shape.clone() else { return own };
+        let class = shape.frames[frame as usize].class;
+        match &self.table.class(class).def.body {
+            ClassBody::Short { .. } => self.scope_around(inst, &shape, frame).ok().flatten().unwrap_or(own),
+            _ => own,
+        }
+    }
+
+    /// The scope that the class of a frame is written in; `None` at the top.
+    pub(crate) fn scope_around(&mut self, inst: InstId, shape: &Shape, frame: u32) -> Result<Option<Scope>, Reported> {
+        let text = shape.frames[frame as usize].class;
+        let level = Level { members: if frame == 0 { text } else { shape.frames[0].class }, text };
+        let Some(around) = self.table.outwards(level) else { return Ok(None) };
+        if let Some(scope) = self.scope_of_level(inst, around) {
+            return Ok(Some(scope));
+        }
+        let inst = self.package_of(&LocalClass::plain(around.members))?;
+        let shape = self.table.shape(around.members)?;
+        let frame = shape.frames.iter().position(|f| f.class == around.text).unwrap_or(0);
+        Ok(Some(Scope { inst, frame: frame as u32 }))
+    }
+
+    /// The instance that a level of lookup stands for, where the class of `inst` is an element of an instance.
+    pub(crate) fn scope_of_level(&self, inst: InstId, level: Level) -> Option<Scope> {
+        let mut context = self.instances[inst].context;
+        while let Some(around) = context {
+            let shape = self.instances[around].shape.as_ref()?;
+            if shape.frames[0].class == level.members || shape.frames.iter().any(|f| f.class == level.members) {
+                let frame = shape.frames.iter().position(|f| f.class == level.text)?;
+                return Some(Scope { inst: around, frame: frame as u32 });
+            }
+            context = self.instances[around].context;
+        }
+        None
+    }
+}
