@@ -29,7 +29,7 @@ const TIMES: [&str; 14] = [
 ];
 /// Share of uneven steps above which an ascending column is not taken for times.
 const UNEVEN: f64 = 0.05;
-/// Share of steps back from which on a column is no column of times with mistakes, but something else.
+/// Share of steps back from which on a column is not a column of times with mistakes, but something else.
 const BACK: f64 = 0.25;
 
 /// Name and unit of a column.

@@ -35,7 +35,7 @@ pub(super) fn stamp(field: &str) -> Option<(Kind, i64)> {
     }
 }
 
-/// A whole number of some digits.
+/// An integer of so many digits.
 fn whole(text: &str, digits: std::ops::RangeInclusive<usize>) -> Option<i64> {
     let suits = digits.contains(&text.len()) && text.bytes().all(|b| b.is_ascii_digit());
     suits.then(|| text.parse().ok()).flatten()
