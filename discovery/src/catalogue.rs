@@ -129,9 +129,10 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Id, with the channel where several chains could have it.
+    /// Id, with the channel where several chains could have it, and the one that it hears.
     pub fn label(&self) -> String {
-        match self.sites.first().and_then(|site| site.channel.as_ref()) {
+        let hears = |site: &Site| matches!(site.door, Door::Channel { heard: Some(_), .. });
+        match self.sites.first().filter(|site| !hears(site)).and_then(|site| site.channel.as_ref()) {
             Some(channel) => format!("{} of {channel}", self.effect.id),
             None => match self.sites.first() {
                 Some(site) if site.door != Door::Component => format!("{} of {}", self.effect.id, site.path),
@@ -355,7 +356,7 @@ pub(crate) fn candidates(
                 // Each place that was found in the equations is one of its own.
                 let fits = |site: &&Site| match site.door {
                     Door::Component => false,
-                    Door::Channel(_) | Door::Moved(_) => !effect.is_law,
+                    Door::Channel { .. } | Door::Moved(_) => !effect.is_law,
                     Door::Equation { ref law, .. } if !effect.given.is_empty() => {
                         effect.is_law && is_given(effect, law)
                     }

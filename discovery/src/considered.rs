@@ -7,7 +7,7 @@ use hyd_compiler::inquiry::AnnotatedClass;
 use crate::catalogue::{Candidate, Effect, candidates, effects, not_laws, same_places};
 use crate::fault::Fault;
 use crate::natural::natural;
-use crate::places::{beside_declared, found, of_laws};
+use crate::places::{beside_declared, found, of_laws, unpaired};
 use crate::same_ids::tell_apart;
 use crate::setup::Setup;
 use crate::study::Study;
@@ -30,6 +30,7 @@ impl Candidate {
         if places.is_empty() {
             // A model that says nothing of places has them all the same.
             places = found(setup, workshop)?;
+            unpaired(setup, &effects).iter().for_each(|sentence| warn(sentence));
         }
         places.extend(beside_declared(&places));
         places.extend(of_laws(&effects, setup, workshop)?);

@@ -34,7 +34,12 @@ pub enum Door {
         law: Law,
     },
     /// The expression of a channel goes through it.
-    Channel(String),
+    Channel {
+        /// The expression.
+        expression: String,
+        /// That of another channel, of which it also hears: cross-talk.
+        heard: Option<String>,
+    },
     /// Parameters of the model that move with the trigger are that much later: variable that a modification gives another value, and
     /// what it is without the effect.
     Moved(Vec<(String, String)>),

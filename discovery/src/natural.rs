@@ -44,7 +44,7 @@ pub(crate) fn natural(
     let (mut made, mut left_out) = (Vec::new(), Vec::new());
     for mut candidate in candidates {
         // What is measured says more than a model that lacks something, but not of the chain that it is measured by.
-        let is_chain = matches!(candidate.sites[0].door, Door::Channel(_));
+        let is_chain = matches!(candidate.sites[0].door, Door::Channel { .. });
         let value_of = |name: &str| {
             let (expression, is_range) = expression(&candidate.sites[0], name)?;
             let measured = if is_chain { None } else { measured(setup, &expression) };
@@ -222,7 +222,8 @@ mod tests {
         assert_eq!(expression(&site, "v"), Some(("arm.force.v".into(), false)));
         assert_eq!(expression(&site, "dv"), Some(("arm.force.v".into(), true)));
         assert_eq!(expression(&site, "t"), None);
-        (site.door, site.scales) = (Door::Channel("x".into()), vec![("u".into(), "x + y".into())]);
+        (site.door, site.scales) =
+            (Door::Channel { expression: "x".into(), heard: None }, vec![("u".into(), "x + y".into())]);
         assert_eq!(expression(&site, "u"), Some(("x + y".into(), false)));
         assert_eq!(expression(&site, "du"), Some(("x + y".into(), true)));
         assert_eq!(expression(&site, "v"), None);

@@ -12,6 +12,7 @@ use hyd_compiler::{Balance, Command, Opening, balances, commands, opened};
 use hyd_system::Tables;
 
 use crate::catalogue::{Effect, SCALE, Site};
+use crate::data::ChannelInfo;
 use crate::door::{Door, Law};
 use crate::law::{EQUATION, place_id, site_of};
 use crate::machine::Machine;
@@ -20,6 +21,10 @@ use crate::{Fault, Setup};
 
 /// Id of the place that a channel is.
 const SENSOR: &str = "sensor";
+/// Id of the place that a channel is which hears another one.
+const PAIR: &str = "sensor_pair";
+/// Beyond so many channels pairs of them are not tried: there are as many as the square of that.
+const MOST_PAIRED: usize = 8;
 /// Id of the place that the trigger of a unit is.
 const MOVED: &str = "trigger_moved";
 /// Id of the place that a course in time is.
@@ -126,10 +131,43 @@ pub(crate) fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>,
         channel: Some(channel.name.as_str().into()),
         file: workshop.study.as_str().into(),
         line: setup.study.line(&["channels", &channel.name]),
-        door: Door::Channel(channel.expression.clone()),
+        door: Door::Channel { expression: channel.expression.clone(), heard: None },
         scales: vec![("u".into(), channel.expression.clone())],
     }));
+    found.extend(pairs(setup, workshop));
     Ok(found)
+}
+
+/// Every channel that may hear another one; none where there are too many.
+fn pairs(setup: &Setup, workshop: &Workshop<'_>) -> Vec<Site> {
+    let channels = &setup.data.channels;
+    if channels.len() > MOST_PAIRED {
+        return Vec::new();
+    }
+    let all = channels.iter().flat_map(|own| channels.iter().map(move |other| (own, other)));
+    let site = |(own, other): (&ChannelInfo, &ChannelInfo)| Site {
+        id: PAIR.into(),
+        path: format!("{} from {}", own.name, other.name),
+        words: own.words.as_str().into(),
+        channel: Some(own.name.as_str().into()),
+        file: workshop.study.as_str().into(),
+        line: setup.study.line(&["channels", &own.name]),
+        door: Door::Channel { expression: own.expression.clone(), heard: Some(other.expression.clone()) },
+        scales: vec![("u".into(), own.expression.clone()), ("v".into(), other.expression.clone())],
+    };
+    all.filter(|(own, other)| own.expression != other.expression).map(site).collect()
+}
+
+/// A sentence on pairs of channels that are not tried, where an effect asks for them.
+pub(crate) fn unpaired(setup: &Setup, effects: &[Arc<Effect>]) -> Option<String> {
+    let count = setup.data.channels.len();
+    let asks = effects.iter().find(|effect| effect.at.iter().flatten().any(|id| **id == *PAIR))?;
+    (count > MOST_PAIRED).then(|| {
+        format!(
+            "`{}` is not tried: of more than {MOST_PAIRED} channels (there are {count}) not every pair can be",
+            asks.id
+        )
+    })
 }
 
 /// The places of a force that a model declares (`place(id = "force", scale = "mass.m*mass.a")`, at a component with the base

@@ -116,7 +116,7 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
                         tree.insert(variable, value, Vec::new());
                     }
                 }
-                Door::Connector { .. } | Door::Channel(_) => {}
+                Door::Connector { .. } | Door::Channel { .. } => {}
             }
         }
     }
@@ -158,11 +158,14 @@ fn additions(inserts: &[Insert]) -> String {
                     let _ = writeln!(equations, "  {name}_at.term = {name}.{};", law.output);
                     law
                 }
-                Door::Channel(expression) | Door::Command { expression, .. } => {
+                Door::Channel { expression, .. } | Door::Command { expression, .. } => {
                     let before =
                         channels.get(expression.as_str()).cloned().unwrap_or_else(|| format!("({expression})"));
                     let _ = writeln!(equations, "  {name}.u = {before};");
                     channels.insert(expression, format!("{name}.y"));
+                    if let Door::Channel { heard: Some(heard), .. } = &site.door {
+                        let _ = writeln!(equations, "  {name}.v = {heard};");
+                    }
                     &Law { inputs: Vec::new(), output: "y" }
                 }
             };
@@ -190,7 +193,8 @@ fn additions(inserts: &[Insert]) -> String {
 /// What a channel shows: its expression, or what the last measuring chain behind it gives.
 fn shown_by(inserts: &[Insert], expression: &str) -> String {
     let sites = inserts.iter().flat_map(|insert| insert.candidate.sites.iter().map(|site| (&insert.candidate, site)));
-    let mut own = sites.filter(|(_, site)| matches!(&site.door, Door::Channel(own) if own == expression));
+    let mut own =
+        sites.filter(|(_, site)| matches!(&site.door, Door::Channel { expression: own, .. } if own == expression));
     own.next_back()
         .map_or_else(|| expression.to_string(), |(candidate, site)| format!("{}.y", candidate.component(site)))
 }

@@ -6,8 +6,7 @@ use std::time::Instant;
 
 use hyd_discovery::{Fit as FitOf, FittedReport, Gap, Meaning, Problem, Profile, Record, Setup, Unknown, Weighing};
 use hyd_results::{refuse_read, write_whole};
-use hyd_system::math::log10;
-use hyd_system::significant;
+use hyd_system::as_known;
 use serde_json::{Value, json};
 
 use crate::study::{Opened, failure, tell_whole_loops};
@@ -289,19 +288,6 @@ impl InUnits {
     fn json(&self) -> Value {
         json!({"parameter": self.parameter, "unit": self.unit, "value": self.value, "stderr": self.error, "interval": self.interval,
             "expected": self.expected, "expected_sd": self.spread})
-    }
-}
-
-/// A value as far as it is known: to the second digit of its error.
-fn as_known(value: f64, error: f64) -> String {
-    if !(error.is_finite() && error > 0.0 && value.is_finite()) {
-        return significant(value);
-    }
-    let exponent = |x: f64| if x == 0.0 { 0 } else { log10(x.abs()).floor() as i32 };
-    let last = exponent(error) - 1;
-    match exponent(value) {
-        plain if (-3..6).contains(&plain) => format!("{value:.*}", usize::try_from(-last).unwrap_or(0)),
-        large => format!("{value:.*e}", usize::try_from(large - last).unwrap_or(0)),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use hyd_system::as_known;
 use serde_json::Value;
 
 use super::{AllGaps, Scene, disturbed, json::proposed, nearest};
@@ -164,7 +165,13 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
         for (k, unknown) in sizes {
             let xi = last.fit.xi[k];
             let error = last.fit.standard_error(k).map_or(f64::NAN, |error| error * unknown.slope(xi).abs());
-            let _ = writeln!(text, "  {:34} {:10.4e} +- {error:.1e}", unknown.name, unknown.value(xi));
+            let value = unknown.value(xi);
+            let (known, error) = (as_known(value, error), as_known(error, error));
+            let unit = unknown.places().first().map(|&place| problem.machine.unit(&problem.places[place]));
+            let unit = unit
+                .filter(|unit| !unit.is_empty() && **unit != *"1")
+                .map_or_else(String::new, |own| format!(" {own}"));
+            let _ = writeln!(text, "  {:34} {known} +- {error}{unit}", unknown.name);
         }
     }
     let model =

@@ -38,4 +38,4 @@ pub use tables::{
     VariableInfo,
 };
 pub use tangents::{Along, Direction, DirectionError, Tangents};
-pub use text::{TextFormat, significant, told_apart};
+pub use text::{TextFormat, as_known, significant, told_apart};

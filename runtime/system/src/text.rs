@@ -3,6 +3,7 @@
 //! Formats are those of the C language's `printf` for `d i f e g E G`, with flags, width and precision (ISO C 2011,
 //! section 7.21.6.1).  Not here: hexadecimal, octal and unsigned forms.
 
+use crate::math::log10;
 use crate::tables::ValueKind;
 
 /// How a value is written.
@@ -136,6 +137,19 @@ pub fn significant(value: f64) -> String {
     }
 }
 
+/// A measured value as far as it is known: to the second digit of its standard error.
+pub fn as_known(value: f64, error: f64) -> String {
+    if !(error.is_finite() && error > 0.0 && value.is_finite()) {
+        return significant(value);
+    }
+    let exponent = |x: f64| if x == 0.0 { 0 } else { log10(x.abs()).floor() as i32 };
+    let last = exponent(error) - 1;
+    match exponent(value) {
+        plain if (-3..6).contains(&plain) => format!("{value:.*}", usize::try_from(-last).unwrap_or(0)),
+        large => format!("{value:.*e}", usize::try_from(large - last).unwrap_or(0)),
+    }
+}
+
 /// Two different numbers for people: short where that shows the difference, else with all digits.
 pub fn told_apart(a: f64, b: f64) -> [String; 2] {
     let short = [significant(a), significant(b)];
@@ -207,6 +221,21 @@ mod tests {
         ];
         for (value, text) in cases {
             assert_eq!(significant(value), text);
+        }
+    }
+
+    #[test]
+    fn a_measured_value_ends_with_the_second_digit_of_its_error() {
+        for (value, error, text) in [
+            (0.905_123, 0.0113, "0.905"),
+            (3005.2, 9.1, "3005.2"),
+            (5.4817e12, 1.1e11, "5.48e12"),
+            (4.2e-7, 1.3e-9, "4.200e-7"),
+            (0.0, 0.02, "0.000"),
+            (2.0, 30.0, "2"),
+            (2.5, f64::NAN, "2.5"),
+        ] {
+            assert_eq!(as_known(value, error), text, "{value} +- {error}");
         }
     }
 }

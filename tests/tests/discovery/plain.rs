@@ -266,6 +266,46 @@ fn a_channel_that_is_clipped() {
     assert_eq!(report["effects"][0]["component"], "x_m");
 }
 
+/// A thermocouple that hears the voltage of the heater.
+#[test]
+fn a_channel_that_hears_another_one() {
+    let bench = Bench {
+        name: "cross-talk",
+        model: "model Heater
+  parameter Real R = 1000 \"of the supply\";
+  parameter Real C = 1e-4 \"across the heater\";
+  parameter Real U = 10;
+  parameter Real W = 0.2 \"heat capacity\";
+  parameter Real G = 1e-3 \"of the heater\";
+  parameter Real h = 0.02 \"heat transfer\";
+  parameter Real u0 = 0;
+  parameter Real T0 = 20;
+  Real u(start = u0, fixed = true);
+  Real T(start = T0, fixed = true);
+equation
+  C*der(u) = (U - u)/R;
+  W*der(T) = G*u*u - h*(T - 20);
+end Heater;
+",
+        class: "Heater",
+        channels: &[("u_V", "u", 5e-3), ("T_C", "T", 0.02)],
+        conditions: &["u0", "T0", "U"],
+        nuisances: &["R", "C", "W", "G", "h"],
+        shots: &[&[0.0, 20.0, 10.0], &[0.0, 20.0, -8.0], &[0.0, 24.0, 4.0], &[0.0, 22.0, -12.0], &[0.0, 20.0, 6.0]],
+        shown: |_, value| value,
+        // The second state is what is shown of the temperature, which is the same without voltage.
+        rates: |x, shot| {
+            let (u, shown) = (x[0], x[1]);
+            let rate = (shot[2] - u) / 0.1;
+            vec![rate, (1e-3 * u * u - 0.02 * (shown - 0.05 * u - 20.0)) / 0.2 + 0.05 * rate]
+        },
+        recorded: |_, value| value,
+        without: &[],
+        stop: 5.0,
+    };
+    names(&bench, "sensor", "cross_talk", "T_C from u_V", &[("k", 0.05)]);
+}
+
 /// What is said of a bench on which nothing of the machine is missing.
 fn said_of_adequate(bench: &Bench) -> (Value, String) {
     let report = answer(bench);

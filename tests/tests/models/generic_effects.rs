@@ -56,6 +56,8 @@ const TANK: (&[(&str, &str)], &str) = (VESSEL, "q");
 const DRIVE: (&[(&str, &str)], &str) = (GIVEN, "y");
 const CHAIN: (&[(&str, &str)], &str) = (SHOWN, "y");
 
+const PAIR: (&[(&str, &str)], &str) = (&[("u", "3*sin(time)"), ("v", "time")], "y");
+
 /// Position and speed of the motion.
 fn motion(t: f64) -> (f64, f64) {
     (0.5 * t.sin(), 0.5 * t.cos())
@@ -249,6 +251,7 @@ fn cases() -> Vec<Case> {
             0.02,
         ),
         law("Sensing.WrongSign", "k = SIZE", 1.0, CHAIN, |t| -3.0 * t.sin(), 1e-9),
+        law("Sensing.CrossTalk", "k = SIZE", 0.1, PAIR, |t| 3.0 * t.sin() + 0.1 * t, 1e-9),
     ]
 }
 
