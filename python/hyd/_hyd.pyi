@@ -88,7 +88,11 @@ class Study:
         self, study: str, bench: str, folders: Sequence[str], allow_outside: bool, threads: Optional[int]
     ) -> None: ...
     def fit(
-        self, profile: Sequence[str], seed: int, write_parameters: Optional[str]
+        self,
+        profile: Sequence[str],
+        seed: int,
+        files: Tuple[Optional[str], Optional[str]],
+        progress: _Progress,
     ) -> Tuple[str, str, str, bool, List[Dict[str, Any]]]: ...
     def next(
         self,

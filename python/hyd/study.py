@@ -62,7 +62,15 @@ class Study:
         self._folders = folders
         self._allow_outside = allow_outside
 
-    def fit(self, *, profile: Sequence[str] = (), seed: int = 1, write_parameters: Optional[_Path] = None) -> "Fit":
+    def fit(
+        self,
+        *,
+        profile: Sequence[str] = (),
+        seed: int = 1,
+        write_parameters: Optional[_Path] = None,
+        report: Optional[_Path] = None,
+        progress: Any = False,
+    ) -> "Fit":
         """Fit what may be off to the shots.
 
         Parameters
@@ -73,14 +81,24 @@ class Study:
             Seed of random starts.
         write_parameters
             A file for the parameters as fitted, with the conditions of the first fitted shot.
+        report
+            Folder of a report: page, picture, curves, values, parameters [default: none is written].
+        progress
+            True to be told what is done, or a function that gets seconds and a sentence.
 
         Returns
         -------
         Fit
         """
-        path = None if write_parameters is None else os.fspath(write_parameters)
-        text, report, parameters, converged, warnings = self._study.fit(names("profile", profile), checked({"seed": seed})["seed"], path)
-        fit = Fit(text, report, parameters, converged)
+        files = tuple(None if own is None else os.path.abspath(own) for own in (write_parameters, report))
+        wanted, seed = names("profile", profile), checked({"seed": seed})["seed"]
+        bar = Bar.of(progress, "")
+        try:
+            text, found, parameters, converged, warnings = self._study.fit(wanted, seed, files, None if bar is None else bar.say)
+        finally:
+            if bar is not None:
+                bar.close()
+        fit = Fit(text, found, parameters, converged, None if report is None else files[1])
         _warn(warnings, fit)
         return fit
 
@@ -229,13 +247,16 @@ class Fit:
         The parameters as fitted, as the text of a file of parameters.
     converged : bool
         Whether the values are a minimum.
+    folder : str or None
+        The folder of the report, where one was asked for.
     """
 
-    def __init__(self, text: str, found: str, parameters: str, converged: bool):
+    def __init__(self, text: str, found: str, parameters: str, converged: bool, folder: Optional[str] = None):
         self.text = text
         self.report: dict = json.loads(found)
         self.parameters = parameters
         self.converged = converged
+        self.folder = folder
 
     def __repr__(self) -> str:
         return f"<hyd.Fit of {self.report['set']}: misfit {self.report['misfit']:.3f}>"

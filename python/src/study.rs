@@ -89,11 +89,14 @@ impl Study {
         py: Python<'py>,
         profile: Vec<String>,
         seed: u64,
-        write_parameters: Option<PathBuf>,
+        files: (Option<PathBuf>, Option<PathBuf>),
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<(String, String, String, bool, Bound<'py, PyList>)> {
+        let (write_parameters, report) = files;
         let (opened, _) = self.open(py)?;
-        let options = FitOptions { seed, profile, write_parameters, report: None };
-        let (found, mut messages) = work(py, (&opened, Vec::new()), None, |kept| fit(&opened, &options, kept))?;
+        let options = FitOptions { seed, profile, write_parameters, report };
+        let (found, mut messages) =
+            work(py, (&opened, Vec::new()), progress.as_ref(), |kept| fit(&opened, &options, kept))?;
         if !found.converged {
             messages.push(Message::sentence(hyd_compiler::Severity::Warning, UNCONVERGED));
         }

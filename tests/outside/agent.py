@@ -64,9 +64,15 @@ async def work(client, place):
     swept = await done(client, "sweep", {"file": "drive.hyd", "vary": {"p0": "8e6:16e6:5"}, "variables": "^y$", "result": "runs"}, progress_callback=hear)
     assert swept["members"] == 5 and swept["failed"] == 0, swept
     assert heard and heard[-1][:2] == (5, 5) and heard == sorted(heard), heard
-    fitted = await done(client, "fit", {"study": "bench.toml", "bench": "bench/set.json", "write_parameters": "fitted.toml"})
+    fitted = await done(client, "fit", {"study": "bench.toml", "bench": "bench/set.json", "write_parameters": "fitted.toml", "report": "fit"})
+    assert {"fitted.toml", "fit/fit.html", "fit/fit.toml"} <= set(fitted["files"]) and (place / "fit/fit.html").stat().st_size > 10000, fitted["files"]
     stiffness = [one for one in fitted["unknowns"] if one["name"] == "k"][0]
     assert abs(stiffness["value"] / 1.08 - 1) < 0.02, stiffness
+    # Runs with the parameters as fitted; what is given by itself overrides them.
+    last = [(await done(client, "simulate", {"file": "drive.hyd", "parameter_file": "fitted.toml", "variables": "^y$", **more}))["variables"][0]
+            for more in ({}, {"parameters": {"spring.k": 60e3}})]
+    assert last[0] != last[1], last
+    assert (await done(client, "sweep", {"file": "drive.hyd", "parameter_file": "fitted.toml", "vary": {"p0": "8e6:16e6:2"}, "result": "again"}))["failed"] == 0
     heard.clear()
     report = await done(client, "discover", {"study": "bench.toml", "bench": "bench/set.json", "report": "report"}, progress_callback=hear)
     assert report["status"] and "report/report.html" in report["files"] and (place / "report/report.html").exists()
@@ -80,6 +86,8 @@ async def mistakes(client):
         ("simulate", {"file": "drive.hyd", "result": "bench/set.csv/../../../x.csv"}, "lies outside"),
         ("simulate", {"file": "drive.hyd", "result": "drive.hyd"}, "must end in"),
         ("fit", {"study": "bench.toml", "bench": "bench/set.json", "write_parameters": "bench.toml"}, "is there already"),
+        ("fit", {"study": "bench.toml", "bench": "bench/set.json", "report": "bench"}, "holds no `fit.json`"),
+        ("simulate", {"file": "drive.hyd", "parameter_file": "../fitted.toml"}, "lies outside"),
         ("simulate", {"file": "drive.hyd", "stpo": 1}, "did you mean `stop`?"),
         ("simulate", {"file": "drive.hyd", "parameters": {"spring.kk": 1}}, "did you mean `spring.k`?"),
     ]:

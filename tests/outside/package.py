@@ -319,7 +319,9 @@ def check_fit():
     """A fit is that of the command, and the parameters that it writes are those of the set's maker."""
     study = hyd.study("models/single_acting_drive/bench.toml", bench="tests/data/bench/B01.json")
     file = WORK / "fitted.toml"
-    fit = study.fit(write_parameters=file)
+    heard = []
+    fit = study.fit(write_parameters=file, report=WORK / "fit", progress=lambda seconds, text: heard.append(text))
+    assert heard and (WORK / "fit/fit.html").exists() and (WORK / "fit/fit.toml").read_text() == fit.parameters and fit.folder == str(WORK / "fit")
     assert fit.converged and 0.8 < fit.report["misfit"] < 1.2, fit.report["misfit"]
     told = json.loads(hyd.command("fit", "models/single_acting_drive/bench.toml", "--bench", "tests/data/bench/B01.json", "--json"))
     assert told["misfit"] == fit.report["misfit"] and told["unknowns"] == fit.report["unknowns"]

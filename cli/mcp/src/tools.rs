@@ -67,6 +67,11 @@ const LIBRARIES: Argument = optional(
     Kind::Texts,
     "further folders with libraries, relative to the folder that is served; those of the server and the built-in library are there anyway",
 );
+const PARAMETER_FILE: Argument = optional(
+    "parameter_file",
+    Kind::Text,
+    "file (*.toml) of lines NAME = VALUE, such as `fit` writes with `write_parameters`, relative to the folder that is served; `parameters` overrides it",
+);
 const STUDY: Argument = required(
     "study",
     Kind::Text,
@@ -89,6 +94,20 @@ fn model_file(workplace: &Workplace, given: &Given) -> Result<PathBuf, String> {
             file.display()
         )),
     }
+}
+
+/// Parameters by full name: of a file first, then those that are given one by one.
+fn set_parameters(call: &Call<'_>) -> Result<Result<Vec<(String, String)>, Answer>, String> {
+    let given = &call.given;
+    let mut set = Vec::new();
+    if let Some(name) = given.text("parameter_file") {
+        match hyd_run::parameter_file::read(&call.workplace.folder.file("parameter_file", name)?) {
+            Ok(read) => set = read,
+            Err(failure) => return Ok(Err(Answer::failed(&failure, &call.kept))),
+        }
+    }
+    set.append(&mut given.values("parameters"));
+    Ok(Ok(set))
 }
 
 /// Translates a model; what the compiler says is kept.  `later`: what gets its value after the translation.
@@ -150,6 +169,19 @@ fn opened(call: &Call<'_>) -> Result<(StudyFiles, Result<Opened, Failure>), Stri
         opened
     });
     Ok((files, opened))
+}
+
+/// The files of a folder and below, by name.
+fn files_below(folder: &std::path::Path, files: &mut Vec<String>) {
+    let mut entries: Vec<_> =
+        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    entries.sort();
+    for path in entries {
+        match path.is_dir() {
+            true => files_below(&path, files),
+            false => files.push(path.display().to_string()),
+        }
+    }
 }
 
 /// Adds what was said on the way to the data of an answer.

@@ -1,11 +1,9 @@
 //! `discover`: where a model and a bench disagree, what is missing, and the model that has it.
 
-use std::path::Path;
-
 use hyd_verbs::discover::{SearchOptions, discover as search};
 use serde_json::{Value, json};
 
-use super::{BENCH, LIBRARIES, SEED, STUDY, Tool, opened, with_messages};
+use super::{BENCH, LIBRARIES, SEED, STUDY, Tool, files_below, opened, with_messages};
 use crate::answer::Answer;
 use crate::arguments::{Kind, optional, required};
 use crate::calls::Call;
@@ -61,17 +59,4 @@ fn discover(call: &Call<'_>) -> Result<Answer, String> {
     data["files"] = json!(written);
     data["model_file"] = json!(found.model.map(|path| path.display().to_string()));
     Ok(Answer::done(call.kept.text() + &found.text, with_messages(call, data)))
-}
-
-/// The files of a folder and below, by name.
-fn files_below(folder: &Path, files: &mut Vec<String>) {
-    let mut entries: Vec<_> =
-        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
-    entries.sort();
-    for path in entries {
-        match path.is_dir() {
-            true => files_below(&path, files),
-            false => files.push(path.display().to_string()),
-        }
-    }
 }

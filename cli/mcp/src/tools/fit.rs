@@ -4,10 +4,13 @@ use hyd_compiler::Severity;
 use hyd_verbs::Listener;
 use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit as fitted};
 
-use super::{BENCH, LIBRARIES, SEED, STUDY, Tool, opened, with_messages};
+use super::{BENCH, LIBRARIES, SEED, STUDY, Tool, files_below, opened, with_messages};
 use crate::answer::Answer;
 use crate::arguments::{Kind, optional};
 use crate::calls::Call;
+
+/// What shows that a folder holds a report.
+const MARK: &str = "fit.json";
 
 pub(super) const TOOL: Tool = Tool {
     name: "fit",
@@ -29,6 +32,12 @@ pub(super) const TOOL: Tool = Tool {
             "file (*.toml) for the parameters as fitted, for runs of the model; relative to the folder that is served; a new one [default: none is \
              written]",
         ),
+        optional(
+            "report",
+            Kind::Text,
+            "folder of a report (page, picture, curves, values, parameters), relative to the folder that is served; a new one, or one with an earlier \
+             report of a fit [default: none is written]",
+        ),
         LIBRARIES,
     ],
     is_reading: false,
@@ -39,21 +48,27 @@ fn fit(call: &Call<'_>) -> Result<Answer, String> {
     let (folder, given) = (&call.workplace.folder, &call.given);
     let target =
         given.text("write_parameters").map(|name| folder.target("write_parameters", name, &["toml"])).transpose()?;
+    let report = given.text("report").map(|name| folder.target_folder("report", name, MARK)).transpose()?;
     let (_, opened) = opened(call)?;
     let options = FitOptions {
         seed: given.natural("seed").unwrap_or(1),
         profile: given.texts("profile"),
         write_parameters: target.clone(),
-        report: None,
+        report: report.clone(),
     };
     let found = match opened.and_then(|opened| fitted(&opened, &options, &call.kept)) {
         Ok(found) => found,
         Err(failure) => return Ok(Answer::failed(&failure, &call.kept)),
     };
     let mut data = found.json;
+    let mut written = Vec::new();
     if let Some(path) = target {
         folder.wrote(&path);
-        data["files"] = vec![path.display().to_string()].into();
+        written.push(path.display().to_string());
+    }
+    report.iter().for_each(|folder| files_below(folder, &mut written));
+    if !written.is_empty() {
+        data["files"] = written.into();
     }
     if !found.converged {
         call.kept.sentence(Severity::Warning, UNCONVERGED);

@@ -9,7 +9,8 @@ use hyd_system::Tables;
 use hyd_verbs::{Listener, Run, run_diagnostic, with_whole_loops};
 use serde_json::{Value, json};
 
-use super::{CLASS, FILE, LIBRARIES, STOP, TOLERANCE, Tool, model_file, runnable, with_messages};
+use super::{CLASS, FILE, LIBRARIES, PARAMETER_FILE, STOP, TOLERANCE, Tool};
+use super::{model_file, runnable, set_parameters, with_messages};
 use crate::answer::Answer;
 use crate::arguments::{Kind, optional};
 use crate::calls::Call;
@@ -32,6 +33,7 @@ pub(super) const TOOL: Tool = Tool {
             Kind::Values,
             "parameters by full name with values in the units of the model, such as {\"p0\": 15e6, \"spring.k\": 3000}; arrays are lists",
         ),
+        PARAMETER_FILE,
         optional("start", Kind::Number, "start time in s [default: as the model says, else 0]"),
         STOP,
         TOLERANCE,
@@ -71,7 +73,10 @@ fn simulate(call: &Call<'_>) -> Result<Answer, String> {
     if let Err(failure) = check_usage(&arguments, Some(&file)) {
         return Ok(Answer::failed(&failure, &call.kept));
     }
-    let set = given.values("parameters");
+    let set = match set_parameters(call)? {
+        Ok(set) => set,
+        Err(answer) => return Ok(answer),
+    };
     let compilation = match runnable(call, &file, (given.text("class"), &set), &[])? {
         Ok(compilation) => compilation,
         Err(answer) => return Ok(answer),

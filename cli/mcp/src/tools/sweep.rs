@@ -8,7 +8,7 @@ use hyd_run::{failures_told, override_plan, prepare, read_plan, runs_done_again}
 use hyd_verbs::Listener;
 use hyd_verbs::sweep::sweep as sweep_model;
 
-use super::{CLASS, LIBRARIES, STOP, TOLERANCE, Tool, runnable, with_messages};
+use super::{CLASS, LIBRARIES, PARAMETER_FILE, STOP, TOLERANCE, Tool, runnable, with_messages};
 use crate::answer::Answer;
 use crate::arguments::{Given, Kind, optional, required};
 use crate::calls::Call;
@@ -33,6 +33,7 @@ pub(super) const TOOL: Tool = Tool {
              high); such as {\"p0\": \"8e6:20e6:7\"}",
         ),
         optional("parameters", Kind::Values, "parameters that do not vary, by full name, in the units of the model"),
+        PARAMETER_FILE,
         optional("samples", Kind::Count, "number of draws from distributions"),
         optional(
             "method",
@@ -69,7 +70,9 @@ fn sweep(call: &Call<'_>) -> Result<Answer, String> {
         Ok(found) => found,
         Err(failure) => return Ok(Answer::failed(&failure, &call.kept)),
     };
-    let arguments = arguments(given, root);
+    let parameters =
+        given.text("parameter_file").map(|name| workplace.folder.file("parameter_file", name)).transpose()?;
+    let arguments = SweepArguments { parameters, ..arguments(given, root) };
     plan.class = given.text("class").map(str::to_string).or(plan.class);
     if let Err(failure) = override_plan(&mut plan, &arguments) {
         return Ok(Answer::failed(&failure, &call.kept));
