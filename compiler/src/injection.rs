@@ -13,7 +13,8 @@ use hyd_instance::Sources;
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_system::Variability;
 
-use crate::pipeline::{Compilation, Goal, Options, compile_with};
+use crate::compilation::{Compilation, Goal, Options};
+use crate::pipeline::compile_with;
 
 /// An equation of the model by its place in the text.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -14,7 +14,7 @@ use hyd_instance::{ClassId, ClassTable, InstId, Override, Scopes, Sources};
 use hyd_source::{Diagnostic, Files, Span};
 use hyd_syntax::tree::{Argument, Component, Element, Expr, ExprKind, Modification, Name, UnaryOp};
 
-use crate::pipeline::choose;
+use crate::choice::choose;
 
 /// A value in an annotation.
 #[derive(Clone, PartialEq, Debug)]

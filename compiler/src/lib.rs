@@ -4,7 +4,10 @@
 //! -> sorted system with Jacobian -> native code.  Texts come through the trait [`Sources`]; nothing here opens a file,
 //! reads a clock or knows of measured data.  Diagnostics are data until `render` makes text of them.
 
+mod back_end;
 mod balance;
+mod choice;
+mod compilation;
 mod injection;
 pub mod inquiry;
 mod json;
@@ -13,9 +16,11 @@ mod opening;
 mod page;
 mod pipeline;
 pub mod render;
+mod suspects;
 mod variation;
 
 pub use balance::{Balance, balances};
+pub use compilation::{Compilation, Goal, Options, Stage, StageTime};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
 pub use hyd_equations::{Approach, Cost, Loops, approaches, costs};
 pub use hyd_flat::{FlatModel, ForeignBlock, Injection, TermShape};
@@ -25,9 +30,9 @@ pub use hyd_syntax::{Head, head, is_keyword, print_string};
 pub use injection::{InjectionSite, injection_sites};
 pub use opening::{Command, Opening, commands, opened};
 pub use pipeline::{
-    Compilation, Extras, Goal, Options, Stage, StageTime, compile, compile_extended, compile_over, compile_whole_loops,
-    compile_with, with_whole_loops,
+    Extras, compile, compile_extended, compile_over, compile_whole_loops, compile_with, with_whole_loops,
 };
+pub use suspects::{Suspect, suspects};
 pub use variation::{Variation, varied};
 
 /// True for a text that is a unit of SI, such as `N.s/m`.

@@ -20,7 +20,7 @@ impl Display for SolveError {
                 write!(f, "{} at t = {time} s failed: {}", stage.words(), evaluation(failure))?;
                 equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))?;
                 reads_lines(f, failure)?;
-                match (&failure.variable, failure.reason.contains(CONTRADICTS), stage) {
+                match (&failure.variable, failure.contradicts, stage) {
                     (Some(variable), true, Stage::Start) => hint(
                         f,
                         &format!(
@@ -197,9 +197,6 @@ impl Display for SolveError {
 }
 
 impl std::error::Error for SolveError {}
-
-/// What the reason of a start says whose conditions do not agree.
-const CONTRADICTS: &str = "contradicts the other";
 
 /// A variable that exceeds its value at the start, or 1, by this factor grows without bound.
 const GROWN: f64 = 1e6;

@@ -11,6 +11,9 @@ use hyd_system::significant;
 /// Values of steps are shown that differ by more than this part from the one before.
 const TOLD_APART: f64 = 0.05;
 
+/// Parameters whose unit may be another one; of more the first are named.
+const MOST_SUSPECTS: usize = 3;
+
 /// The diagnostic of a failed run: its first sentence, the equation marked, everything else below.
 pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, kept: Option<String>) -> Diagnostic {
     let text = error.to_string();
@@ -79,7 +82,7 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
             text.push_str(&format!(", {} over the last steps", recent.join(", ")));
         }
         text.push_str(&format!(", {now} at the end"));
-        diagnostic = diagnostic.help(text);
+        diagnostic = diagnostic.help(text).maybe_help(approach.beyond);
     }
     for line in lines.map(str::trim) {
         // Where the line is shown, saying it again helps nobody.
@@ -91,7 +94,17 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
             diagnostic = diagnostic.help(line.trim_start_matches("hint: "));
         }
     }
+    if is_of_values(error) {
+        for suspect in flat.map(hyd_compiler::suspects).unwrap_or_default().into_iter().take(MOST_SUSPECTS) {
+            diagnostic = diagnostic.with(suspect.span, "is this the unit that is meant?").help(suspect.words);
+        }
+    }
     diagnostic.maybe_help(kept)
+}
+
+/// True for failures that a wrong number may have caused.
+fn is_of_values(error: &SolveError) -> bool {
+    !matches!(error, SolveError::Option(_) | SolveError::Interrupted { .. } | SolveError::Sink { .. })
 }
 
 /// Where the variable of this name (or its start value or derivative) is declared.

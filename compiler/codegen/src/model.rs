@@ -307,7 +307,7 @@ fn checks(sorted: &SortedSystem, files: &Files) -> Vec<Check> {
             pieces: message.map_or_else(Vec::new, |m| m.parts.iter().map(piece).collect()),
             values: (first as u32, values.len() as u32),
             error: message.is_none_or(|m| m.error),
-            terminate: check.terminate,
+            kind: check.kind,
             file: files.name(span.file).clone(),
             line: files.location(span).line,
         }

@@ -14,6 +14,7 @@ use crate::explain::faults::{
     counted, explain_parts, list_names, made_equations, mark_equations, mark_variables, name_components, smallest_over,
     variable_of,
 };
+use crate::explain::held_states::held_states;
 use crate::explain::prescribed::prescribed_twice;
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::system::{EqId, EquationSystem, Reduction, Role};
@@ -121,6 +122,9 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
     let twice = if rows == columns { prescribed_twice(system, pattern, &by_value, matching) } else { None };
     if let Some(twice) = twice {
         return twice;
+    }
+    if let Some(held) = held_states(system, written.saturating_sub(needed)) {
+        return held.help(message);
     }
     // Inputs that nothing feeds are all that is missing.
     let open = &system.flat.open_inputs;

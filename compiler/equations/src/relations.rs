@@ -70,7 +70,7 @@ impl Pass {
         }
         let literal = !matches!(
             system.section(eq),
-            Section::Continuous | Section::Discrete | Section::Reinit | Section::Terminate(_)
+            Section::Continuous | Section::Discrete | Section::Reinit | Section::AssertOnce(_) | Section::Terminate(_)
         );
         let operands = system.operands_of(equation.operands);
         let varies = |slot: &SlotId| is_continuous(system, operands[slot.index()]);

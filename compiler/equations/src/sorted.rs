@@ -7,6 +7,7 @@
 
 use hyd_flat::{Target, VarId};
 use hyd_symbolic::NodeId;
+use hyd_system::CheckKind;
 
 use crate::lists::Lists;
 use crate::system::{EqId, EquationSystem, OperandRange, Selection};
@@ -151,12 +152,12 @@ pub struct EventRelation {
 /// Assertion or termination.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Check {
-    /// Condition: an assertion wants it true, a termination ends the run when it is true.
+    /// Condition: an assertion wants it true, one in a `when` fails at the event at which it is true, a termination ends the run there.
     pub condition: Residual,
     /// Index into the flat model's messages.
     pub message: u32,
-    /// Termination instead of assertion.
-    pub terminate: bool,
+    /// What it is.
+    pub kind: CheckKind,
 }
 
 /// An initial condition that follows from others: an equation whose sides must agree.

@@ -134,6 +134,8 @@ pub enum Section {
     Reinit,
     /// `assert(left, ...)`; right holds the values of the message; index into [`FlatModel::messages`].
     Assert(u32),
+    /// `assert` in a `when`: it fails at the event at which left is true; right and index as for assertions.
+    AssertOnce(u32),
     /// `terminate` when left is true, right as for assertions; index into [`FlatModel::messages`].
     Terminate(u32),
 }

@@ -23,7 +23,7 @@ impl fmt::Display for FlatModel {
         let sections: [(&str, Wanted); 6] = [
             ("equation", |s| s == Section::Continuous),
             ("discrete equation", |s| s == Section::Discrete),
-            ("when fired", |s| matches!(s, Section::Reinit | Section::Terminate(_))),
+            ("when fired", |s| matches!(s, Section::Reinit | Section::AssertOnce(_) | Section::Terminate(_))),
             ("initial equation", |s| s == Section::Initial),
             ("assert", |s| matches!(s, Section::Assert(_))),
             ("value", |s| matches!(s, Section::Binding | Section::Start)),
@@ -163,6 +163,9 @@ impl FlatModel {
         let right = || other;
         match block.section {
             Section::Assert(message) => format!("assert({left}, \"{}\")", self.messages[message as usize].text),
+            Section::AssertOnce(message) => {
+                format!("fail when {left}: \"{}\"", self.messages[message as usize].text)
+            }
             Section::Terminate(message) => {
                 format!("terminate when {left}: \"{}\"", self.messages[message as usize].text)
             }

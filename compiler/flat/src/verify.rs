@@ -32,7 +32,9 @@ pub fn verify(model: &FlatModel) -> Result<(), String> {
         let plain_left = matches!(model.templates.arena.node(template.left), Node::Slot(_));
         let fits = match block.section {
             Section::Binding | Section::Start | Section::Reinit => plain_left,
-            Section::Assert(message) | Section::Terminate(message) => (message as usize) < model.messages.len(),
+            Section::Assert(message) | Section::AssertOnce(message) | Section::Terminate(message) => {
+                (message as usize) < model.messages.len()
+            }
             Section::Continuous | Section::Discrete | Section::Initial => true,
             Section::Selection | Section::Pivot => false,
         };

@@ -159,7 +159,7 @@ impl<'a> Pass<'a> {
         for (e, block) in flat.equations.iter().chain(claims).enumerate() {
             let arity = flat.templates.get(block.template).arity as usize;
             let (exponent, visible) = self.traits_of(block.template, block.origin.span);
-            let alone = matches!(block.section, Section::Assert(_) | Section::Terminate(_));
+            let alone = matches!(block.section, Section::Assert(_) | Section::AssertOnce(_) | Section::Terminate(_));
             let claim = e >= flat.equations.len();
             last.clear();
             for k in 0..block.count as usize {

@@ -1,8 +1,9 @@
 //! How the parts of a model are written that the solver and the reports read: structure, tables, places, names.
 
 use hyd_system::{
-    DelaySite, EquationInfo, InitialStructure, InputSite, LoopInfo, NamePattern, Pattern, Place as ValuePlace,
-    RootInfo, Settable, Source, Structure, Tables, TextFormat, ValueKind, Variability, VariableInfo,
+    CheckKind, DelaySite, EquationInfo, InitialStructure, InputSite, LoopInfo, NamePattern, Pattern,
+    Place as ValuePlace, RootInfo, Settable, Source, Structure, Tables, TextFormat, ValueKind, Variability,
+    VariableInfo,
 };
 
 use crate::accumulation::{Accumulation, PartialRows, Term};
@@ -33,7 +34,7 @@ stored! {
     OutputRow { assigned, unknowns, states, discrete }
     Parameters { kinds, unbound, preset, limits }
     Limit { variable, element, min, max }
-    Check { message, pieces, values, error, terminate, file, line }
+    Check { message, pieces, values, error, kind, file, line }
     InitialTransfer { guess, states, rates, values, checked, homotopy }
     Checked { equation, text, start_of }
     Name { pattern, element, wrap }
@@ -61,6 +62,7 @@ stored! {
 choices!(ValuePlace { 0 => Output(k), 1 => Parameter(k), 2 => Constant(value) });
 choices!(ValueKind { 0 => Real, 1 => Integer, 2 => Boolean, 3 => Enumeration(literals) });
 choices!(Variability { 0 => Constant, 1 => Parameter, 2 => Discrete, 3 => Continuous });
+choices!(CheckKind { 0 => Assert, 1 => AssertOnce, 2 => Terminate });
 choices!(Settable { 0 => No, 1 => Yes, 2 => Structural });
 choices!(Wrap { 0 => Value, 1 => Rate, 2 => Before, 3 => Start });
 choices!(Area { 0 => Data, 1 => Unknown, 2 => Rate, 3 => Work, 4 => Out, 5 => Out2 });

@@ -121,7 +121,7 @@ fn failure(loaded: &Loaded, trace: &RowNames, row: Option<usize>, reason: String
         equation: row.and_then(|row| trace.equations.get(row).copied()),
         variable: target.map(|target| loaded.model.names.text(target)),
         reason,
-        reads: Vec::new(),
+        ..EvalFailure::default()
     }
 }
 

@@ -5,7 +5,7 @@
 //! unknowns), then `reinit` and `terminate`.  The solver solves for the unknowns again between passes; where discrete equations read
 //! unknowns that follow from discrete variables, a pass is repeated with their new values until both agree, before `pre` moves on.
 
-use hyd_system::{AssertionReport, EvalFailure, EventChange, EventPhase};
+use hyd_system::{AssertionReport, CheckKind, EvalFailure, EventChange, EventPhase};
 
 use crate::instance::{Instance, Point};
 use crate::program::Area;
@@ -60,7 +60,7 @@ impl Instance {
         if unsettled {
             return Ok(EventChange { changed, by_inputs, unsettled, ..EventChange::default() });
         }
-        let terminated = self.termination(Point { unknown: y, rate: yp });
+        let terminated = self.event_checks(phase, Point { unknown: y, rate: yp });
         let reinitialised = self.reinitialise(y, yp)?;
         // Conditions are judged once relations and discrete variables have settled.
         if phase == EventPhase::Initial
@@ -257,21 +257,37 @@ impl Instance {
         Ok(changed)
     }
 
-    fn termination(&mut self, point: Point<'_>) -> Option<String> {
+    /// Terminations and assertions of `when`s: the message of the first termination that fires.  Assertions that fail are kept until they are
+    /// asked for with those of the point.
+    fn event_checks(&mut self, phase: EventPhase, point: Point<'_>) -> Option<String> {
         let loaded = self.loaded.clone();
-        if !loaded.model.checks.iter().any(|check| check.terminate) {
+        let checks = &loaded.model.checks;
+        if checks.iter().all(|check| check.kind == CheckKind::Assert) {
             return None;
         }
         self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
         self.run_own(loaded.model.routines.events.checks, point);
-        let mut fired =
-            loaded.model.checks.iter().zip(&self.memory.out).filter(|(check, value)| check.terminate && **value != 0.0);
-        fired.next().map(|(check, _)| check.text(&self.memory.out))
+        if phase == EventPhase::Initial {
+            // Passes of the start are of one event: what the last one says counts.
+            self.memory.failed.clear();
+        }
+        let out = &self.memory.out;
+        let fired = |kind: CheckKind| {
+            let all = checks.iter().zip(out).enumerate();
+            all.filter(move |(_, (check, value))| check.kind == kind && **value != 0.0)
+        };
+        for (k, (check, _)) in fired(CheckKind::AssertOnce) {
+            self.memory.failed.retain(|(known, _)| *known != k);
+            self.memory.failed.push((k, check.report(out)));
+        }
+        let mut terminations = fired(CheckKind::Terminate);
+        terminations.next().map(|(_, (check, _))| check.text(out))
     }
 
     /// Appends the assertions that do not hold.
     pub(crate) fn failed_assertions(&mut self, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {
-        if self.loaded.model.checks.iter().all(|check| check.terminate) {
+        out.extend(self.memory.failed.drain(..).map(|(_, report)| report));
+        if self.loaded.model.checks.iter().all(|check| check.kind != CheckKind::Assert) {
             return;
         }
         let loaded = self.loaded.clone();
@@ -279,9 +295,8 @@ impl Instance {
         self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
         self.run_own(loaded.model.routines.events.checks, point);
         for (check, &holds) in loaded.model.checks.iter().zip(&self.memory.out) {
-            if !check.terminate && holds == 0.0 {
-                let (message, file) = (check.text(&self.memory.out), check.file.clone());
-                out.push(AssertionReport { message, error: check.error, file, line: check.line });
+            if check.kind == CheckKind::Assert && holds == 0.0 {
+                out.push(check.report(&self.memory.out));
             }
         }
     }

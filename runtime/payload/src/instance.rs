@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use hyd_system::{EvalFailure, ParameterError, ValueKind};
+use hyd_system::{AssertionReport, EvalFailure, ParameterError, ValueKind};
 
 use crate::clock::Clock;
 use crate::engine::Engine;
@@ -57,6 +57,8 @@ pub(crate) struct Own {
     pub repetitions: u32,
     /// An initial condition that does not hold with the last solution of the initial system.
     pub contradiction: Option<EvalFailure>,
+    /// Assertions of `when`s that have failed at the last event, by number among the checks, until they are asked for.
+    pub failed: Vec<(usize, AssertionReport)>,
     /// Inputs that follow recorded samples.
     pub inputs: Vec<Follower>,
 }
@@ -109,6 +111,7 @@ impl Instance {
             reinit_waits: false,
             repetitions: 0,
             contradiction: None,
+            failed: Vec::new(),
             inputs: vec![Follower::default(); loaded.model.structure.inputs.len()],
         };
         let mut instance = Self { loaded, memory, tangents: None };

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use hyd_system::{Structure, Tables, TextFormat, ValueKind};
+use hyd_system::{AssertionReport, CheckKind, Structure, Tables, TextFormat, ValueKind};
 
 use crate::mapping::Code;
 use crate::names::{Name, Names, RowNames};
@@ -167,8 +167,8 @@ pub struct Check {
     pub values: (u32, u32),
     /// Level error; else level warning.
     pub error: bool,
-    /// `terminate`; else `assert`.
-    pub terminate: bool,
+    /// What it is.
+    pub kind: CheckKind,
     /// File name.
     pub file: Arc<str>,
     /// Line, from 1.
@@ -185,6 +185,11 @@ pub enum MessagePiece {
 }
 
 impl Check {
+    /// What is said of an assertion that fails.
+    pub(crate) fn report(&self, out: &[f64]) -> AssertionReport {
+        AssertionReport { message: self.text(out), error: self.error, file: self.file.clone(), line: self.line }
+    }
+
     /// The message with the values that it shows; `out` holds the results of the routine `checks`.
     pub(crate) fn text(&self, out: &[f64]) -> String {
         if self.pieces.is_empty() {

@@ -52,6 +52,7 @@ impl Instance {
         *bytes = input.0;
         (memory.data, memory.choices, memory.clock) = (data, choices, clock);
         (memory.reinit_waits, memory.repetitions, memory.contradiction) = (reinit_waits, repetitions, None);
+        memory.failed.clear();
         for (follower, line) in memory.inputs.iter_mut().zip(lines) {
             follower.line = line;
         }

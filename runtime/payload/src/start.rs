@@ -53,7 +53,7 @@ impl Instance {
                 ),
             };
             let equation = Some(condition.equation).filter(|_| name.is_none());
-            Some(EvalFailure { equation, variable: name, reason, reads: Vec::new() })
+            Some(EvalFailure { equation, variable: name, reason, contradicts: true, reads: Vec::new() })
         })
     }
 

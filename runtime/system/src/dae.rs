@@ -140,6 +140,8 @@ pub struct EvalFailure {
     pub variable: Option<String>,
     /// What happened, in words: "division by zero", "logarithm of -1", "not a number".
     pub reason: String,
+    /// A condition at the start contradicts the others, instead of having no value.
+    pub contradicts: bool,
     /// What it was computed from, where that is known: parameters, states, the time, discrete variables.
     pub reads: Vec<Reading>,
 }
@@ -153,6 +155,17 @@ pub struct Reading {
     pub value: f64,
     /// Its unit; empty where it has none.
     pub unit: String,
+}
+
+/// What is checked beside the equations of a model.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum CheckKind {
+    /// `assert`: its condition has to hold at every point that is accepted.
+    Assert,
+    /// `assert` in a `when`: it fails at the event at which its condition is true.
+    AssertOnce,
+    /// `terminate`: ends the run at the event at which its condition is true.
+    Terminate,
 }
 
 /// An `assert` that does not hold.

@@ -26,8 +26,8 @@ mod tangents;
 mod text;
 
 pub use dae::{
-    AssertionReport, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure, InputError,
-    InputSite, LoopError, ParameterError, Pattern, Reading, StateChoice, Structure, TimeEvent,
+    AssertionReport, CheckKind, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure,
+    InputError, InputSite, LoopError, ParameterError, Pattern, Reading, StateChoice, Structure, TimeEvent,
 };
 pub use instant::Instants;
 pub use lanes::{LANES, wide};

@@ -112,7 +112,11 @@ impl Printer<'_> {
             (events.instants, "instants", "times at which relations of time alone change"),
             (events.discrete, "discrete", "discrete equations, into d"),
             (events.reinits, "reinits", "new values of states that reinit sets"),
-            (events.checks, "checks", "conditions of assert (1: holds) and terminate (1: fires)"),
+            (
+                events.checks,
+                "checks",
+                "conditions of assert (1: holds), of assert in a when (1: fails) and terminate (1: fires)",
+            ),
             (events.pivots, "pivots", "coefficients that decide which candidates are states"),
         ];
         for (routine, name, says) in parts {

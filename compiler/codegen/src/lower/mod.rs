@@ -15,11 +15,12 @@ mod straight;
 
 use std::sync::Arc;
 
-use hyd_equations::{Assignment, OperandRange, PlanJacobian, Role, SortedSystem, Trigger};
+use hyd_equations::{Assignment, Check, OperandRange, PlanJacobian, Role, SortedSystem, Trigger};
 use hyd_flat::Target;
 use hyd_index::TypedIndex;
 use hyd_payload::{Backend, EventRoutines, Routines, TimedRelation};
 use hyd_symbolic::{Arena, NodeId, SlotId};
+use hyd_system::CheckKind;
 use rustc_hash::FxHashSet;
 
 use crate::layout::{Layout, Place, PlanPlaces};
@@ -281,7 +282,11 @@ impl EventLowering<'_> {
                 found.insert(a.target);
             }
         }
+        let at_events = self.sorted.checks.iter().filter(|check| check.kind == CheckKind::AssertOnce);
+        // No target of a check is its own.
+        let is_read = |check: &Check| operands(check.condition.operands).any(|own| solved(own) || found.contains(&own));
         self.sorted.discrete.iter().chain(&self.sorted.reinits).any(|a| reads(&found, a.operands, a.target))
+            || at_events.clone().any(is_read)
     }
 
     fn reinit_unknowns(&self) -> Result<Vec<u32>, String> {

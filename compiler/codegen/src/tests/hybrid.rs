@@ -4,7 +4,7 @@
 use hyd_equations::{Resolution, Role};
 use hyd_flat::{Operand, Target};
 use hyd_symbolic::{Function, Node, Relation};
-use hyd_system::{DaeSystem, EventChange, EventPhase, ParameterError, Place, Settable};
+use hyd_system::{CheckKind, DaeSystem, EventChange, EventPhase, ParameterError, Place, Settable};
 
 use super::support::{self, Maker};
 use crate::{Backend, Instance, Options};
@@ -62,11 +62,11 @@ fn ball() -> Maker {
         let back = e.mul(factor, v);
         e.arena.select(fires, back, v)
     });
-    m.check("too low", false, |e| {
+    m.check("too low", CheckKind::Assert, |e| {
         let (x, limit) = (e.var(x), e.c(-1.0));
         e.compare(Relation::Greater, x, limit)
     });
-    m.check("three bounces", true, |e| {
+    m.check("three bounces", CheckKind::Terminate, |e| {
         let (count, limit) = (e.var(count), e.c(3.0));
         e.compare(Relation::GreaterEqual, count, limit)
     });

@@ -14,7 +14,7 @@ use hyd_flat::{
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{FileId, Files, Origin, Span};
 use hyd_symbolic::{Arena, Function, NodeId, Relation, SlotId, Template, gradient};
-use hyd_system::{NamePattern, Settable, ValueKind, Variability};
+use hyd_system::{CheckKind, NamePattern, Settable, ValueKind, Variability};
 
 use crate::{CompiledModel, Instance, Jacobians, Options, generate};
 
@@ -288,12 +288,12 @@ impl Maker {
         self.sorted.relations.len() as u32 - 1
     }
 
-    pub(crate) fn check(&mut self, text: &str, terminate: bool, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
+    pub(crate) fn check(&mut self, text: &str, kind: CheckKind, grow: impl FnOnce(&mut Expression<'_>) -> NodeId) {
         let (value, operands, equation) = self.expression("check", grow);
         let message = self.sorted.system.flat.messages.len() as u32;
         self.sorted.system.flat.messages.push(Message { text: text.into(), parts: Vec::new(), error: true });
         let condition = Residual { value, operands, equation };
-        self.sorted.checks.push(Check { condition, message, terminate });
+        self.sorted.checks.push(Check { condition, message, kind });
     }
 
     /// Compiles what was made.

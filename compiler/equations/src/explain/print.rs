@@ -25,7 +25,7 @@ pub fn print_system(system: &EquationSystem) -> String {
     let mut text = String::new();
     list_variables(system, &mut text);
     list_reduction(system, &mut text);
-    let sections: [(&str, Belongs); 11] = [
+    let sections: [(&str, Belongs); 12] = [
         ("bindings", |s| s == Section::Binding),
         ("starts", |s| s == Section::Start),
         ("equations", |s| s == Section::Continuous),
@@ -36,6 +36,7 @@ pub fn print_system(system: &EquationSystem) -> String {
         ("discrete equations", |s| s == Section::Discrete),
         ("reinit", |s| s == Section::Reinit),
         ("assertions", |s| matches!(s, Section::Assert(_))),
+        ("assertions at events", |s| matches!(s, Section::AssertOnce(_))),
         ("terminations", |s| matches!(s, Section::Terminate(_))),
     ];
     for (title, belongs) in sections {
@@ -43,7 +44,10 @@ pub fn print_system(system: &EquationSystem) -> String {
         let all = system.equations.indices();
         let rows: Vec<EqId> = all.filter(|&eq| belongs(system.section(eq)) && derived(eq)).collect();
         let template = |eq: &EqId| system.equations[*eq].template;
-        let left_only = matches!(title, "assertions" | "terminations" | "coefficients that decide the choice");
+        let left_only = matches!(
+            title,
+            "assertions" | "assertions at events" | "terminations" | "coefficients that decide the choice"
+        );
         section(&mut text, title, &rows, template, |&eq| match left_only {
             true => {
                 let left = system.flat.templates.get(template(&eq)).left;

@@ -8,6 +8,7 @@ use std::fmt::Write;
 
 use hyd_flat::{BlockId, Operand, Target};
 use hyd_index::TypedIndex;
+use hyd_system::CheckKind;
 use rustc_hash::FxHashMap;
 
 use crate::alias::representative::block_of_variable;
@@ -39,7 +40,11 @@ pub fn print_sorted(sorted: &SortedSystem) -> String {
         &sorted.checks,
         |c| c.condition.value,
         |c| {
-            let kind = if c.terminate { "terminate when" } else { "assert" };
+            let kind = match c.kind {
+                CheckKind::Assert => "assert",
+                CheckKind::AssertOnce => "fail when",
+                CheckKind::Terminate => "terminate when",
+            };
             format!("{kind} {}", expression(system, c.condition.value, c.condition.operands))
         },
     );

@@ -36,6 +36,8 @@ pub struct Approach {
     pub recent: Vec<f64>,
     /// Where its equation stands.
     pub span: Span,
+    /// How it may be written where it does go on beyond zero.
+    pub beyond: Option<String>,
 }
 
 /// What an expression is for.
@@ -142,10 +144,20 @@ pub fn approaches(
                     Use::Logarithm => format!("the logarithm of `{text}` is taken, and it"),
                     Use::Power => format!("`{text}` is the base of a power, and it"),
                 };
+                // A law that holds in both directions is the usual meaning.
+                let beyond = match use_of {
+                    Use::Power => Some(format!(
+                        "where it is meant for both signs, write `sign(x)*abs(x)^n` for `x^n`, with `{text}` for `x`"
+                    )),
+                    Use::Root => Some(format!(
+                        "where it is meant for both signs, write `sign(x)*sqrt(abs(x))` for `sqrt(x)`, with `{text}` for `x`"
+                    )),
+                    _ => None,
+                };
                 let recent = (1..last).map(&mut at).collect();
                 let span = block.origin.span;
                 let ratio = (now / before).abs();
-                found.push((!touches, ratio, Approach { what, before, now, recent, span }));
+                found.push((!touches, ratio, Approach { what, before, now, recent, span, beyond }));
             }
         }
     }

@@ -20,7 +20,7 @@ use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, Template};
-use hyd_system::told_apart;
+use hyd_system::{Variability, told_apart};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
@@ -41,6 +41,9 @@ use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
 use crate::sorted::{Plan, Redundant};
 use crate::start_point::StartPoint;
 use crate::system::{EqId, Equation, EquationSystem, Resolution, Role};
+
+/// Variables whose start values are used that are explained one by one.
+const MOST_EXPLAINED: usize = 3;
 
 /// The initial plan, and the conditions that follow from others and are only checked; notes say which those are and which start
 /// values were taken as initial values.
@@ -379,7 +382,43 @@ fn candidates(system: &EquationSystem, start: &Start) -> Vec<VarId> {
 fn note(system: &EquationSystem, chosen: &[(VarId, EqId)]) -> Option<Diagnostic> {
     let names = list_names(chosen.iter().map(|&(v, _)| system.flat.var_name(v)));
     let message = format!("the start is not fully determined: the start values of {names} are used as initial values");
-    (!chosen.is_empty()).then(|| Diagnostic::note(Code::Chosen, message))
+    (!chosen.is_empty()).then(|| {
+        let mut note = Diagnostic::note(Code::Chosen, message);
+        for &(v, _) in chosen.iter().take(MOST_EXPLAINED) {
+            note = note.maybe_help(said_of(system, v));
+        }
+        note
+    })
+}
+
+/// What a user may not have meant of a variable whose start value is used: it has none, or it is a parameter that the start was to find.
+fn said_of(system: &EquationSystem, v: VarId) -> Option<String> {
+    let (name, flat) = (system.flat.var_name(v), &system.flat);
+    let block = &flat.variables[flat.locate(v).0];
+    if block.made.is_some() {
+        return None;
+    }
+    if system.roles[v] == Role::Parameter {
+        return Some(format!(
+            "`{name}` is a parameter with `fixed = false`, and no initial equation determines it: add one, or give it a value"
+        ));
+    }
+    if block.has_start {
+        return None;
+    }
+    // A start value beside it that is only a guess may have been meant for it.
+    let beside = flat.variables.iter().find(|other| {
+        other.has_start
+            && other.made.is_none()
+            && other.origin.path == block.origin.path
+            && other.variability == Variability::Continuous
+            && !other.fixed.get(0)
+            && system.roles[other.first] == Role::Algebraic
+    });
+    let guess = beside.map(|other| other.name.element(0));
+    let guess = guess
+        .map_or_else(String::new, |other| format!("; that of `{other}` is only a guess, unless it has `fixed = true`"));
+    Some(format!("`{name}` has no start value and begins at 0{guess}"))
 }
 
 fn overdetermined(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, matching: &Matching) -> Diagnostic {

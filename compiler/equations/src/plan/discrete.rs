@@ -8,6 +8,7 @@ use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Entry, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, alias};
+use hyd_system::CheckKind;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::{Algebra, Known, Solvability};
@@ -282,14 +283,15 @@ pub(crate) fn reinits(system: &mut EquationSystem) -> Result<Vec<Assignment>, Di
 pub(crate) fn checks(system: &EquationSystem) -> Vec<Check> {
     let mut checks = Vec::new();
     for (eq, equation) in system.equations.iter_enumerated() {
-        let (message, terminate) = match system.section(eq) {
-            Section::Assert(message) => (message, false),
-            Section::Terminate(message) => (message, true),
+        let (message, kind) = match system.section(eq) {
+            Section::Assert(message) => (message, CheckKind::Assert),
+            Section::AssertOnce(message) => (message, CheckKind::AssertOnce),
+            Section::Terminate(message) => (message, CheckKind::Terminate),
             _ => continue,
         };
         let value = system.flat.templates.get(equation.template).left;
         let condition = Residual { value, operands: equation.operands, equation: eq };
-        checks.push(Check { condition, message, terminate });
+        checks.push(Check { condition, message, kind });
     }
     checks
 }

@@ -3,6 +3,7 @@
 use hyd_flat::{EquationBlock, Operand, Section, Target};
 use hyd_source::Code;
 use hyd_symbolic::{Node, SlotId, Template};
+use hyd_system::CheckKind;
 
 use super::execute::{Random, Run};
 use super::model::Model;
@@ -143,7 +144,8 @@ fn conditions_are_kept_and_terminations_make_events() {
         model.flat.equations.push(EquationBlock { section, made: false, template, count: 1, operands, origin });
     }
     let sorted = sorted(&model);
-    assert_eq!(sorted.checks.iter().map(|c| (c.message, c.terminate)).collect::<Vec<_>>(), [(0, false), (1, true)]);
+    let kinds: Vec<_> = sorted.checks.iter().map(|c| (c.message, c.kind)).collect();
+    assert_eq!(kinds, [(0, CheckKind::Assert), (1, CheckKind::Terminate)]);
     assert_eq!(sorted.relations.len(), 1, "only the termination makes events");
 }
 

@@ -11,7 +11,7 @@ use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
-    /// An assertion that counts only where `holds` does.
+    /// An assertion that counts only where `holds` does; in a `when`, at the event at which that fires.
     pub(crate) fn guarded_assertion(
         &mut self,
         span: Span,
@@ -28,6 +28,13 @@ impl Flattener<'_, '_> {
         self.want_boolean(parts.condition.span, "`assert`", &test)?;
         let values = self.message_values(message, &values, cx)?;
         let arena = &mut self.model.templates.arena;
+        if cx.in_when {
+            let fails = arena.not(test.node);
+            let fails = holds.map_or(fails, |holds| arena.and(holds, fails));
+            let origin = Origin { path: self.path(scope.inst), span };
+            self.emit(Section::AssertOnce(message), fails, values, &cx.loop_counts(), &origin);
+            return Ok(());
+        }
         let node = match holds {
             Some(holds) => {
                 let idle = arena.not(holds);

@@ -89,7 +89,8 @@ impl Flattener<'_, '_> {
 
     pub(crate) fn outside(&mut self, span: Span, of: &str, k: i64, size: usize) -> Fail {
         let message = format!("subscript {k}{of} is outside 1..{size}");
-        self.report(Diagnostic::error(Code::ArrayShape, message).at(span, ""));
+        let from_one = (k == 0).then(|| "arrays begin at 1".to_string());
+        self.report(Diagnostic::error(Code::ArrayShape, message).at(span, "").maybe_help(from_one));
         Fail::Reported
     }
 

@@ -64,8 +64,7 @@ impl Flattener<'_, '_> {
         let mut found = Vec::new();
         for (at, block) in self.model.equations.iter().enumerate() {
             let is_noted = noted.contains(&at);
-            let acts =
-                matches!(block.section, Section::Discrete | Section::Reinit | Section::Terminate(_)) && !is_noted;
+            let acts = is_at_events(block.section) && !is_noted;
             let decides = |operand: &&Operand| match operand.target() {
                 Target::Var(v) if acts => self.model.variables[self.model.locate(v).0].at_any_time,
                 Target::Pre(v) => self.model.variables[self.model.locate(v).0].at_any_time,
@@ -191,4 +190,9 @@ impl Flattener<'_, '_> {
             }
         }
     }
+}
+
+/// True for what acts at events only.
+fn is_at_events(section: Section) -> bool {
+    matches!(section, Section::Discrete | Section::Reinit | Section::AssertOnce(_) | Section::Terminate(_))
 }

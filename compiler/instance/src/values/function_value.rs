@@ -28,6 +28,9 @@ impl Env {
     }
 }
 
+/// A function, and the inputs that the argument which names it gives it.
+type WithGiven<'e> = (FunctionValue, &'e [(Ident, Expr)]);
+
 impl Scopes<'_> {
     /// The function that an argument is, where the input asks for one, and the inputs that the argument gives it; `None` for a value.
     pub(crate) fn function_value<'e>(
@@ -36,7 +39,7 @@ impl Scopes<'_> {
         (declared, input): (Scope, &Component),
         scope: Scope,
         env: &Env,
-    ) -> Result<Option<(FunctionValue, &'e [(Ident, Expr)])>, Reported> {
+    ) -> Result<Option<WithGiven<'e>>, Reported> {
         let (name, given): (&ComponentRef, &[(Ident, Expr)]) = match &argument.kind {
             // `function f(a = 1)`
             ExprKind::Partial(name, given) => (name, given),

@@ -230,7 +230,7 @@ impl<M: Model> DaeSystem for Hand<M> {
             equation: Some(row as u32),
             variable: Some(self.model.names()[row].clone()),
             reason: "not a number".into(),
-            reads: Vec::new(),
+            ..EvalFailure::default()
         })
     }
     fn diagnose_initial(&mut self, _t0: f64, _z: &[f64]) -> Option<EvalFailure> {
