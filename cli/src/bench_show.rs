@@ -12,10 +12,10 @@ use serde_json::Value;
 use crate::arguments::{MessageFormat, Show};
 use crate::{Failure, output};
 use hyd_verbs::Libraries;
-use hyd_verbs::discovery_page::STYLE;
+use hyd_verbs::page::{STYLE, framed};
 use hyd_verbs::study::failure;
 
-const PAGE: &str = include_str!("bench_page/page.html");
+const OWN_STYLE: &str = include_str!("bench_page/page.css");
 const SCRIPT: &str = include_str!("bench_page/page.js");
 
 /// Runs the verb.
@@ -66,9 +66,7 @@ fn headers(set: &str, read: &mut dyn FnMut(&str) -> Result<String, Fault>) -> Re
 }
 
 fn page(data: &Value) -> String {
-    // In a script nothing may look like the end of the script.
-    let data = data.to_string().replace("</", "<\\/").replace("<!--", "<\\!--");
-    PAGE.replacen("/*STYLE*/", STYLE, 1).replacen("/*SCRIPT*/", SCRIPT, 1).replacen("/*DATA*/null", &data, 1)
+    framed("A bench before any model", &format!("{STYLE}{OWN_STYLE}"), SCRIPT, data)
 }
 
 /// What stands out, for people.

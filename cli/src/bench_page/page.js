@@ -206,7 +206,7 @@ function channels(main) {
 }
 
 const main = document.getElementById("main");
-document.getElementById("title").textContent = DATA.title ? `${DATA.title}: ${DATA.set}` : DATA.set;
+document.getElementById("sentence").textContent = DATA.title ? `${DATA.title}: ${DATA.set}` : DATA.set;
 document.getElementById("about").textContent =
   `${DATA.shots.length} shots, ${DATA.channels.length} channels, as they were recorded: no model is involved.`;
 standsOut(main);

@@ -1,14 +1,13 @@
 //! A report of a search as one page that works without a network.
 //!
-//! Findings, curves and texts become JSON in front of a script, which draws them; page, style and script (`discovery_page/page.html`,
-//! `page.css`, `page.js`, `parts.js` and `curves.js`) stand in files of their own and are put together here.
+//! Findings, curves and texts become JSON in front of a script, which draws them; the scripts (`discovery_page/page.js`, `parts.js` and
+//! `curves.js`) stand in files of their own and are put together here.
 
 use hyd_discovery::{Report, ShotCurves};
 use serde_json::{Value, json};
 
-const PAGE: &str = include_str!("discovery_page/page.html");
-/// The style of pages.
-pub const STYLE: &str = include_str!("discovery_page/page.css");
+use crate::page::{STYLE, framed};
+
 const SCRIPT: &str = include_str!("discovery_page/page.js");
 const PARTS: &str = include_str!("discovery_page/parts.js");
 const CURVES: &str = include_str!("discovery_page/curves.js");
@@ -16,23 +15,16 @@ const CURVES: &str = include_str!("discovery_page/curves.js");
 const DIGITS: usize = 5;
 
 /// The page as HTML.
-pub fn page(report: &Report) -> String {
+pub(crate) fn page(report: &Report) -> String {
     let texts: Vec<Value> = report.texts.iter().map(|(name, text)| json!({"name": name, "text": text})).collect();
     let data = json!({"report": report.json, "texts": texts});
-    with_curves(PAGE, SCRIPT, &report.curves, data)
+    with_curves("What the model lacks", SCRIPT, &report.curves, data)
 }
 
 /// A page that shows curves of shots; its script finds them in the data.
-pub(crate) fn with_curves(page: &str, script: &str, curves: &[ShotCurves], mut data: Value) -> String {
+pub(crate) fn with_curves(title: &str, script: &str, curves: &[ShotCurves], mut data: Value) -> String {
     data["shots"] = curves.iter().map(shot).collect::<Vec<Value>>().into();
-    with_data(page, (STYLE, &format!("{CURVES}\n{PARTS}\n{script}")), &data)
-}
-
-/// A page with its style, its script, and the data in front of that.
-pub(crate) fn with_data(page: &str, (style, script): (&str, &str), data: &Value) -> String {
-    // In a script nothing may look like the end of the script.
-    let data = data.to_string().replace("</", "<\\/").replace("<!--", "<\\!--");
-    page.replacen("/*STYLE*/", style, 1).replacen("/*SCRIPT*/", script, 1).replacen("/*DATA*/null", &data, 1)
+    framed(title, STYLE, &format!("{CURVES}\n{PARTS}\n{script}"), &data)
 }
 
 fn shot(shot: &ShotCurves) -> Value {

@@ -18,7 +18,6 @@ use crate::discover::unwritable;
 use crate::discovery_page::with_curves;
 use crate::discovery_picture::masked;
 
-const PAGE: &str = include_str!("fit_page/page.html");
 const SCRIPT: &str = include_str!("fit_page/page.js");
 /// The files of a report.
 const FILES: [&str; 5] = ["fit.html", "fit.svg", "fit.csv", "fit.json", "fit.toml"];
@@ -53,7 +52,7 @@ pub(crate) fn write(
     let mut whole = fit.clone();
     // What the page needs beside what `--json` prints.
     whole["report"] = report.json.clone();
-    let page = with_curves(PAGE, SCRIPT, &report.curves, json!({"fit": fit, "report": report.json}));
+    let page = with_curves("A fit", SCRIPT, &report.curves, json!({"fit": fit, "report": report.json}));
     let texts = [
         page,
         figure.draw().svg(),

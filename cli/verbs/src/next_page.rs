@@ -5,15 +5,16 @@
 use hyd_discovery::{NextShots, PredictedCurves};
 use serde_json::{Value, json};
 
-use crate::discovery_page::{STYLE, rounded, with_data};
+use crate::discovery_page::rounded;
+use crate::page::{STYLE, framed};
 
-const PAGE: &str = include_str!("next_page/page.html");
+const OWN_STYLE: &str = include_str!("next_page/page.css");
 const SCRIPT: &str = include_str!("next_page/page.js");
 
 /// The page as HTML.
 pub(crate) fn page(proposed: &NextShots) -> String {
     let data = json!({"next": proposed.json, "curves": proposed.curves.iter().map(curves).collect::<Vec<Value>>()});
-    with_data(PAGE, (STYLE, SCRIPT), &data)
+    framed("The next shot", &format!("{STYLE}{OWN_STYLE}"), SCRIPT, &data)
 }
 
 fn curves(own: &PredictedCurves) -> Value {

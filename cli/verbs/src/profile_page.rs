@@ -8,9 +8,8 @@ use hyd_compiler::{Files, FlatModel};
 use hyd_run::RunSummary;
 use serde_json::{Value, json};
 
-use crate::discovery_page::with_data;
+use crate::page::framed;
 
-const PAGE: &str = include_str!("profile_page/page.html");
 const STYLE: &str = include_str!("profile_page/page.css");
 const SCRIPT: &str = include_str!("profile_page/page.js");
 /// Blocks of equations that the page lists by themselves.
@@ -34,7 +33,7 @@ pub fn page(summary: &RunSummary, files: &Files, flat: Option<&FlatModel>) -> Op
         "profile": profile,
         "code": flat.map_or_else(|| json!([]), |flat| code(files, flat)),
     });
-    Some(with_data(PAGE, (STYLE, SCRIPT), &data))
+    Some(framed("Profile of a run", STYLE, SCRIPT, &data))
 }
 
 /// What the equations cost, the dearest first, the rest added up.

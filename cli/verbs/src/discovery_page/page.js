@@ -37,7 +37,7 @@ function answer() {
   const figures = `<div class="figures">${gap("gap on fitted shots", R.gap.train)}${gap("gap on shots held out", R.gap.heldout)}` +
     `<div><b>1.00</b><span>noise</span></div></div>`;
   const effects = R.effects.map((own) => {
-    const sizes = Object.entries(own.parameters).map(([name, p]) => `<code>${safe(name)} = ${measured(p)}</code>`);
+    const sizes = Object.entries(own.parameters).map(([name, p]) => `<code>${safe(name)} = ${measured(p)}</code>${interval(p)}`);
     return `<p><b>${safe(own.id)}</b> (${safe(own.equation)}) at <code>${safe(own.component)}</code>, ${place(own)}<br>${sizes.join("<br>")}</p>`;
   });
   const terms = R.proposed.map((own) =>
@@ -65,7 +65,7 @@ function cameNearest() {
   const rows = [...R.found_before.map((own) => ({ ...own, before: true })), ...R.nearest];
   if (!rows.length) return;
   const sizes = (own) => Object.entries(own.parameters).map(([name, p]) =>
-    `<code>${safe(name.slice(name.indexOf(".") + 1))} = ${measured(p)}</code>`).join("<br>");
+    `<code>${safe(name.slice(name.indexOf(".") + 1))} = ${measured(p)}</code>${interval(p)}`).join("<br>");
   const why = (own) => own.before ? "found in an earlier pass and kept in the model; the residuals need more than that" : own.criterion;
   const columns = [["effect", (r) => `<code>${safe(r.effect)}</code><br>${safe(r.words)}`],
     ["place", (r) => `<code>${safe(r.component)}</code>`], ["size", sizes], ["misfit", (r) => fixed(r.misfit), true],

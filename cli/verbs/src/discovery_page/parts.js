@@ -30,6 +30,13 @@ function measured(own) {
   return `${short(Number(own.value.toPrecision(Math.min(12, Math.max(1, digits)))))} &plusmn; ${short(Number(own.stderr.toPrecision(2)))}${unit}`;
 }
 
+// The 95 % interval of a size, which also leaves room for what its law idealises.
+function interval(own) {
+  if (!own.interval || own.interval.some((end) => end === null)) return "";
+  const form = own.form ? `, with ${fixed(100 * own.form, 0)} % for the form of the law` : "";
+  return ` <small>95 %: ${own.interval.map((end) => short(Number(end.toPrecision(3)))).join(" to ")}${form}</small>`;
+}
+
 // The shot held out, if there is one, and the channel with the largest gap in it.
 function firstView(gaps) {
   const shot = Math.max(0, DATA.shots.findIndex((own) => own.held_out));

@@ -21,11 +21,16 @@ function section(title, note, wide = false) {
 
 function head() {
   document.title = `Profile of ${DATA.model}`;
-  document.getElementById("title").textContent = `Where the time of ${DATA.model} went`;
+  document.getElementById("sentence").textContent = `Where the time of ${DATA.model} went`;
   const steps = counted(DATA.counters.steps ?? P.steps, "step", "steps");
   document.getElementById("about").textContent = `${number(DATA.start)} s to ${number(DATA.time)} s of the model in ${ms(P.total_s)} on the wall clock: ${steps}, ` +
     `${counted(DATA.unknowns, "unknown", "unknowns")} (${counted(DATA.states, "state", "states")}), solver ${DATA.solver}, tolerance ${number(DATA.tolerance)}.`;
-  if (DATA.message && !["done", "terminated"].includes(DATA.status)) document.getElementById("wrong").textContent = DATA.message;
+  if (DATA.message && !["done", "terminated"].includes(DATA.status)) {
+    const wrong = document.createElement("p");
+    wrong.id = "wrong";
+    wrong.textContent = DATA.message;
+    document.querySelector("header").append(wrong);
+  }
 }
 
 function parts() {
