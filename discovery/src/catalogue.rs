@@ -74,6 +74,8 @@ pub struct Effect {
     pub parameters: Vec<EffectParameter>,
     /// Parameters that are set once the place is known.
     pub references: Vec<Reference>,
+    /// By what share of itself nature's number may differ from the law's, as its form is another one (one standard deviation).
+    pub form: f64,
     /// Effects that cannot be at the same place of equations.
     pub excludes: Vec<Arc<str>>,
     /// Effects that it is with further numbers: with implausible ones it is no rival of them.
@@ -195,8 +197,11 @@ pub(crate) fn effects(classes: &[AnnotatedClass]) -> Result<Vec<Arc<Effect>>, Fa
 /// Under this name a place states what is typical of it, as an expression of the model.
 pub(crate) const SCALE: &str = "scale";
 
+/// [`Effect::form`] where an effect does not say it: how well laws of textbooks describe parts of machines.
+pub(crate) const USUAL_FORM: f64 = 0.05;
+
 /// What an effect's annotation may say.
-const KEYS: [&str; 21] = [
+const KEYS: [&str; 22] = [
     "id",
     "kind",
     "words",
@@ -218,6 +223,7 @@ const KEYS: [&str; 21] = [
     "refines",
     "law",
     "given",
+    "form",
 ];
 
 fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
@@ -234,7 +240,7 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
     type Wanted = (&'static [&'static str], &'static str, fn(&Note) -> bool);
     let wanted: [Wanted; 4] = [
         (&["per_shot", "probe_of_range", "law"], "`true` or `false`", |own| matches!(own, Note::Boolean(_))),
-        (&["zero", "probe"], "a number", |own| own.number().is_some_and(f64::is_finite)),
+        (&["zero", "probe", "form"], "a number", |own| own.number().is_some_and(f64::is_finite)),
         (&["id", "kind", "words", "signature", "adds", "prior", "base", "of"], "a text", |own| own.text().is_some()),
         (
             &["at", "at_one_of", "rivals", "channels", "excludes", "refines", "given"],
@@ -266,6 +272,9 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
     };
     if at.is_empty() || at.iter().any(Vec::is_empty) {
         return Err(wrong("`at` and `at_one_of` must name a place at least".into()));
+    }
+    if number("form").is_some_and(|form| !(0.0..1.0).contains(&form)) {
+        return Err(wrong("`form` must be from 0 to less than 1, a share of the size".into()));
     }
     let range = |note: &Note| match note.get("range").map(Note::numbers).as_deref() {
         None => Ok(None),
@@ -301,6 +310,7 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         at,
         parameters,
         references,
+        form: number("form").unwrap_or(USUAL_FORM),
         excludes: note.get("excludes").map(Note::texts).unwrap_or_default(),
         refines: note.get("refines").map(Note::texts).unwrap_or_default(),
         zero: number("zero"),
@@ -463,6 +473,7 @@ pub(crate) mod tests {
             ("zero", Note::Record(Vec::new()), "`zero` must be a number"),
             ("rivals", Note::List(vec![Note::Number(1.0)]), "`rivals` must be a list of texts"),
             ("words", Note::Number(1.0), "`words` must be a text"),
+            ("form", Note::Number(1.5), "`form` must be from 0 to less than 1, a share of the size"),
         ] {
             let mut class = with_range(&[0.5, 2.0]);
             if let Note::Record(all) = &mut class.note

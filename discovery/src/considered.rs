@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use hyd_compiler::inquiry::AnnotatedClass;
 
-use crate::catalogue::{Candidate, Effect, candidates, effects, not_laws, same_places};
+use crate::catalogue::{Candidate, Effect, Site, candidates, effects, not_laws, same_places};
+use crate::door::Door;
 use crate::fault::Fault;
 use crate::natural::natural;
 use crate::places::{beside_declared, found, of_laws, unpaired};
@@ -30,6 +31,7 @@ impl Candidate {
         if places.is_empty() {
             // A model that says nothing of places has them all the same.
             places = found(setup, workshop)?;
+            without_balance(setup, workshop, &places).iter().for_each(|sentence| warn(sentence));
             unpaired(setup, &effects).iter().for_each(|sentence| warn(sentence));
         }
         places.extend(beside_declared(&places));
@@ -51,6 +53,20 @@ impl Candidate {
         }
         Ok(all)
     }
+}
+
+/// A sentence on a model in whose equations no balance is found, so that no effect of the machine has a place.
+fn without_balance(setup: &Setup, workshop: &Workshop<'_>, places: &[Site]) -> Option<String> {
+    let is_balance = |site: &Site| matches!(site.door, Door::Equation { .. } | Door::Connector { .. });
+    if workshop.opaque.is_some() || places.iter().any(is_balance) {
+        return None;
+    }
+    Some(format!(
+        "no balance of forces, voltages, currents, heat or flow was found in the equations of `{}`, so that no effect of the machine has a place in it: a \
+         balance is an equation with one derivative. Effects of your own can name an equation as their place (`law = true`, \
+         docs/guides/write_an_effect.md)",
+        setup.bench.base_model.as_deref().unwrap_or(&workshop.class)
+    ))
 }
 
 /// Takes out the effects that a study leaves out, by the full names of their classes or packages; with sentences on names that leave

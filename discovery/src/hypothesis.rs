@@ -19,6 +19,11 @@ use crate::{Fault, Setup};
 /// Sizes, as multiples of the typical one, at which an effect is looked at: one that grows from nothing, and one that does not.
 const SIZES: (&[f64], &[f64]) = (&[1.0, 0.3, 2.0], &[1.0, 0.3, 0.5, 0.75, 1.5, 2.0]);
 const SIZES_BESIDE_WAVES: &[f64] = &[1.0];
+/// The smallest of the first ones, and further sizes below it: how many at most, and each as a part of the one before.
+const SMALLEST: f64 = 0.3;
+const SMALLER: (i32, f64) = (5, 0.25);
+/// A size that explains less than this part of what is left is not the one.
+const WORTHWHILE: f64 = 0.3;
 /// Where nothing but noise is left an effect that explains less than this at its typical size is not looked at at others.
 const HINT: f64 = 3.0;
 /// An effect with a course of its own whose signature is so many times all that is left is too large at any size.
@@ -215,6 +220,7 @@ impl Hypothesis {
         let typical = insert.effect.probe * setup.scale(insert);
         let mut best: Option<Look> = None;
         let mut usual = None;
+        let left = before.residuals.norm_squared();
         let mut alone = 0.0_f64;
         let sizes = match (insert.effect.zero.is_some(), self.inserts.len() > 1 && !self.machine.is_fast()) {
             // Runs of models with delays are long.
@@ -222,10 +228,23 @@ impl Hypothesis {
             (true, false) => SIZES.0,
             (false, false) => SIZES.1,
         };
-        for &multiple in sizes {
+        let ends_at_nothing = insert.effect.zero.is_some() && self.machine.is_fast();
+        let smaller = (1..=SMALLER.0).map(|k| SMALLEST * SMALLER.1.powi(k));
+        let mut power = 0.0;
+        for (place, multiple) in sizes.iter().copied().chain(smaller).enumerate() {
+            // What an effect does is in proportion to its size where that is small.  Where it does more than all that is left at every
+            // size so far, and none explains much of it, smaller ones tell.
+            let explains = best.as_ref().map_or(0.0, |best| best.score.gain);
+            let is_too_large = power > left && explains < WORTHWHILE * left;
+            if place >= sizes.len() && !(ends_at_nothing && is_too_large) {
+                break;
+            }
             let size = multiple * typical;
             let xi = self.at_size(&problem, &before.xi, size);
-            let Ok(runs) = problem.simulate(&xi, weighing) else { continue };
+            let Ok(runs) = problem.simulate(&xi, weighing) else {
+                power = f64::INFINITY;
+                continue;
+            };
             let signature = problem.residuals(&xi, &runs, weighing) - &before.residuals;
             // An effect whose size may be negative shows so.
             let two_sided = insert.effect.parameters[0].prior.value(-3.0) < 0.0;
@@ -236,6 +255,9 @@ impl Hypothesis {
                 (projection.score(&signature, ends), Vec::new())
             };
             alone = alone.max(score.alone);
+            if multiple <= SMALLEST {
+                power = score.power;
+            }
             if best.as_ref().is_none_or(|best| score.gain > best.score.gain) {
                 let claimed = |amplitude: f64| size * if amplitude == 0.0 { 1.0 } else { amplitude };
                 let mut start = self.at_size(&problem, &before.xi, claimed(score.amplitude));

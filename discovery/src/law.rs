@@ -281,6 +281,8 @@ impl Law {
             excludes: Vec::new(),
             refines: Vec::new(),
             zero: Some(0.0),
+            // What was made after the record is no idealised law.
+            form: 0.0,
             probe: terms.first().map_or(1.0, |own| own.value.abs()),
             of_range: false,
             is_law,

@@ -18,6 +18,8 @@ use crate::{Fault, Setup};
 
 /// The length of the longest record.
 const TIME: &str = "t";
+/// A channel that correlates so much with another one or its rate says the same as that.
+const ECHO: f64 = 0.95;
 /// What stands before a name for its range.
 const RANGE: char = 'd';
 
@@ -38,10 +40,12 @@ pub(crate) fn natural(
     }
     wanted.sort_unstable();
     wanted.dedup();
-    let shown = if wanted.is_empty() { BTreeMap::new() } else { shown(setup, workshop, &wanted)? };
+    let courses = if wanted.is_empty() { BTreeMap::new() } else { courses(setup, workshop, &wanted)? };
+    let (candidates, mut left_out) = without_echoes(candidates, &courses);
+    let shown = ranges(&courses);
     let spans = setup.train.iter().map(|&shot| &setup.data.shots[shot].span);
     let time = spans.map(|span| span.stop - span.start).fold(0.0, f64::max);
-    let (mut made, mut left_out) = (Vec::new(), Vec::new());
+    let mut made = Vec::new();
     for mut candidate in candidates {
         // What is measured says more than a model that lacks something, but not of the chain that it is measured by.
         let is_chain = matches!(candidate.sites[0].door, Door::Channel { .. });
@@ -94,21 +98,80 @@ fn measured(setup: &Setup, expression: &str) -> Option<(f64, f64)> {
     (low < high).then_some((low, high))
 }
 
-/// Smallest and largest value of expressions of the base model over the fitted shots.
-fn shown(setup: &Setup, workshop: &Workshop<'_>, wanted: &[String]) -> Result<BTreeMap<String, (f64, f64)>, Fault> {
+/// Values of an expression of the base model at the output points of each fitted shot, and how far apart these are (s).
+type Courses = Vec<(Vec<f64>, f64)>;
+
+/// The courses of expressions of the base model.
+fn courses(setup: &Setup, workshop: &Workshop<'_>, wanted: &[String]) -> Result<BTreeMap<String, Courses>, Fault> {
     let watching = Workshop { channels: wanted.to_vec(), ..workshop.clone() };
     let machine = setup.machine_of(watching.translate(&[])?, wanted.len())?;
     let problem = setup.problem(&machine, &[])?;
     let expected = vec![0.0; problem.unknowns.len()];
     let runs = problem.simulate(&expected, &Weighing::whole(&setup.train, 0.0))?;
-    let mut ranges = BTreeMap::new();
-    for run in runs.iter().flatten() {
+    let mut courses: BTreeMap<String, Courses> = BTreeMap::new();
+    for (shot, run) in setup.data.shots.iter().zip(&runs) {
+        let Some(run) = run else { continue };
         for (text, series) in wanted.iter().zip(run) {
-            let own = ranges.entry(text.clone()).or_insert((f64::INFINITY, f64::NEG_INFINITY));
-            *own = series.iter().fold(*own, |(low, high): (f64, f64), &value| (low.min(value), high.max(value)));
+            courses.entry(text.clone()).or_default().push((series.clone(), shot.span.step()));
         }
     }
-    Ok(ranges)
+    Ok(courses)
+}
+
+/// Smallest and largest value of each.
+fn ranges(courses: &BTreeMap<String, Courses>) -> BTreeMap<String, (f64, f64)> {
+    let ends = |(low, high): (f64, f64), &value: &f64| (low.min(value), high.max(value));
+    let range =
+        |own: &Courses| own.iter().flat_map(|(series, _)| series).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    courses.iter().map(|(text, own)| (text.clone(), range(own))).collect()
+}
+
+/// Without channels that hear another one which goes like their own rate or like themselves, which would only be another word for a delay or
+/// a gain; with a sentence on these.
+fn without_echoes(candidates: Vec<Candidate>, courses: &BTreeMap<String, Courses>) -> (Vec<Candidate>, Vec<String>) {
+    let is_echo = |candidate: &Candidate| match &candidate.sites[0].door {
+        Door::Channel { expression, heard: Some(heard) } => match (courses.get(expression), courses.get(heard)) {
+            (Some(own), Some(other)) => echoes(own, other),
+            _ => false,
+        },
+        _ => false,
+    };
+    let (echoing, rest): (Vec<Candidate>, Vec<Candidate>) = candidates.into_iter().partition(is_echo);
+    let labels: Vec<String> = echoing.iter().map(|own| format!("`{}`", own.label())).collect();
+    let sentence = (!labels.is_empty()).then(|| {
+        format!("{} cannot be told from a delay or a gain of that channel and is not tried", labels.join(", "))
+    });
+    (rest, sentence.into_iter().collect())
+}
+
+/// True if `other` goes like `own` or like its rate.
+fn echoes(own: &Courses, other: &Courses) -> bool {
+    let mut rates: Courses = Vec::new();
+    for (series, step) in own {
+        let rate = |k: usize| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(series.len() - 1));
+            (series[after] - series[before]) / ((after - before).max(1) as f64 * step)
+        };
+        rates.push(((0..series.len()).map(rate).collect(), *step));
+    }
+    correlation(own, other).abs() > ECHO || correlation(&rates, other).abs() > ECHO
+}
+
+/// Correlation over all shots, each about its own mean, as offsets may be anything.
+fn correlation(one: &Courses, other: &Courses) -> f64 {
+    let (mut product, mut squares) = (0.0, [0.0; 2]);
+    for ((one, _), (other, _)) in one.iter().zip(other) {
+        let mean = |series: &[f64]| series.iter().sum::<f64>() / series.len().max(1) as f64;
+        let means = [mean(one), mean(other)];
+        for (a, b) in one.iter().zip(other) {
+            let (a, b) = (a - means[0], b - means[1]);
+            product += a * b;
+            squares[0] += a * a;
+            squares[1] += b * b;
+        }
+    }
+    let size = (squares[0] * squares[1]).sqrt();
+    if size > 0.0 { product / size } else { 0.0 }
 }
 
 /// The effect with its shares multiplied out.
@@ -172,6 +235,7 @@ mod tests {
             excludes: Vec::new(),
             refines: Vec::new(),
             zero: Some(0.0),
+            form: 0.0,
             probe: 0.2,
             of_range: false,
             is_law: true,
@@ -181,6 +245,18 @@ mod tests {
             file: "own.hyd".into(),
             line: 1,
         }
+    }
+
+    #[test]
+    fn a_speed_is_an_echo_of_its_position_and_a_voltage_is_not() {
+        let of = |f: &dyn Fn(f64) -> f64| -> super::Courses {
+            vec![((0..400).map(|k| f(0.05 * f64::from(k))).collect(), 0.05)]
+        };
+        let (position, speed) = (of(&|t| (2.0 * t).sin() + 3.0), of(&|t| 0.4 * (2.0 * t).cos()));
+        assert!(super::echoes(&position, &speed) && super::echoes(&speed, &position));
+        assert!(super::echoes(&position, &of(&|t| -7.0 * (2.0 * t).sin())));
+        let (voltage, temperature) = (of(&|t| 1.0 - (-t).exp()), of(&|t| 1.0 - (-t / 20.0).exp()));
+        assert!(!super::echoes(&temperature, &voltage) && !super::echoes(&voltage, &temperature));
     }
 
     #[test]

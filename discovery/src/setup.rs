@@ -26,6 +26,9 @@ use crate::translated::Translated;
 use crate::unknowns::{EffectPart, Meaning, Unknown};
 use crate::{Bench, Fault, Study, Watch, windows};
 
+/// States without a beginning that are named.
+const MOST_STATES: usize = 4;
+
 /// A study and a set.
 pub struct Setup {
     /// The study.
@@ -244,6 +247,58 @@ impl Setup {
             )
         });
         windows::told(&self.bench.shots).into_iter().chain(lowered).collect()
+    }
+
+    /// Sentences on states that begin with the first value of a channel that shows something else than the state.
+    pub fn other_starts(&self) -> Vec<String> {
+        let sentence = |(state, initial): (&String, &Initial)| {
+            let name = initial.formula()?.trim().strip_prefix("first_")?;
+            let channel = self.study.channels.get(name)?;
+            let shown = channel.variable.trim();
+            // A plain name may be another one of the same variable.
+            let is_name = shown.chars().all(|c| c.is_alphanumeric() || "_.[]".contains(c));
+            (!is_name).then(|| {
+                format!(
+                    "{}the state `{state}` begins at `first_{name}`, but that channel shows `{shown}`: if the two differ, the formula has to undo it",
+                    self.study.place(&["initial", state])
+                )
+            })
+        };
+        self.study.initial.iter().filter_map(sentence).collect()
+    }
+
+    /// Sentences on states of a model that begin every window of a record at their declared value, as the study says nothing of them.
+    pub fn unset_states(&self, model: &Translated) -> Option<String> {
+        if !self.bench.shots.iter().any(|shot| shot.is_window) {
+            return None;
+        }
+        let system = model.model.instantiate();
+        let tables = system.tables();
+        let place = |name: &str| {
+            let (variable, element) = tables.find(name)?;
+            variable.sources.get(element).map(|source| source.place)
+        };
+        // A state may be set by another of its names.
+        let is_set = |name: &str| {
+            self.study
+                .initial
+                .keys()
+                .any(|known| known == name || place(known).is_some_and(|own| place(name) == Some(own)))
+        };
+        let states = system.structure().differential.iter().enumerate().filter(|(_, is_state)| **is_state);
+        let names: Vec<String> = states.map(|(k, _)| tables.unknown_name(k)).filter(|name| !is_set(name)).collect();
+        let shown: Vec<String> = names.iter().take(MOST_STATES).map(|name| format!("`{name}`")).collect();
+        let more = match names.len().saturating_sub(MOST_STATES) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        (!names.is_empty()).then(|| {
+            format!(
+                "the record is cut into windows, and {}{more} begin each of them at the value of the model: `[initial]` says where they are then (or `windows = 1` in \
+                 `[shots]` leaves the record whole)",
+                shown.join(", ")
+            )
+        })
     }
 
     /// The comparison of a model with these effects in it.

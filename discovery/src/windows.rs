@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use hyd_system::math::square;
+use nalgebra::{DMatrix, DVector};
 
 use crate::bench::Shot;
 use crate::shot_table::FEWEST;
@@ -18,6 +19,8 @@ const BY_ITSELF: usize = 8;
 const WORTH_IT: usize = 5;
 /// Samples that the slope at the beginning of a channel is taken from.
 const SLOPE: usize = 5;
+/// A parabola through them has to leave less than this part of what a straight line leaves: of noise it leaves half on average.
+const LESS: f64 = 0.05;
 
 /// Into how many windows every table is cut.
 pub(crate) fn count(study: &Study, tables: usize, rows: usize) -> usize {
@@ -61,16 +64,41 @@ pub(crate) fn beginnings(shot: &Shot, study: &Study) -> BTreeMap<String, f64> {
         let samples: Vec<(f64, f64)> = samples.map(|(time, value)| (*time, value / channel.scale)).collect();
         let Some(first) = samples.first() else { continue };
         found.insert(format!("first_{name}"), first.1);
-        let count = samples.len() as f64;
-        let sums = samples.iter().fold((0.0, 0.0), |sums, own| (sums.0 + own.0, sums.1 + own.1));
-        let mean = (sums.0 / count, sums.1 / count);
-        let products = samples.iter().map(|own| ((own.0 - mean.0) * (own.1 - mean.1), square(own.0 - mean.0)));
-        let (along, width) = products.fold((0.0, 0.0), |sums, own| (sums.0 + own.0, sums.1 + own.1));
-        if width > 0.0 {
-            found.insert(format!("slope_{name}"), along / width);
+        if let Some(slope) = first_slope(&samples) {
+            found.insert(format!("slope_{name}"), slope);
         }
     }
     found
+}
+
+/// The slope at the first of some samples `(time, value)`: of the straight line through them, or, where they are bent so much that the noise
+/// about the line shows it, of the parabola.
+fn first_slope(samples: &[(f64, f64)]) -> Option<f64> {
+    let first = samples.first()?.0;
+    let of_line = polynomial(samples, first, 1)?;
+    let bent = (samples.len() > 3).then(|| polynomial(samples, first, 2)).flatten();
+    let left = |own: &[f64]| -> f64 {
+        let value = |t: f64| own.iter().rev().fold(0.0, |sum, own| sum * (t - first) + own);
+        samples.iter().map(|&(t, x)| square(x - value(t))).sum()
+    };
+    match bent {
+        Some(bent) if left(&bent) < LESS * left(&of_line) => Some(bent[1]),
+        _ => Some(of_line[1]),
+    }
+}
+
+/// Coefficients of the polynomial of least squares in the time since `first`, the constant first.
+fn polynomial(samples: &[(f64, f64)], first: f64, degree: usize) -> Option<Vec<f64>> {
+    let span = samples.last()?.0 - first;
+    if span <= 0.0 {
+        return None;
+    }
+    // In parts of the span, so that powers are of one size.
+    let powers =
+        DMatrix::from_fn(samples.len(), degree + 1, |k, power| ((samples[k].0 - first) / span).powi(power as i32));
+    let values = DVector::from_iterator(samples.len(), samples.iter().map(|own| own.1));
+    let found = powers.svd(true, true).solve(&values, 1e-12).ok()?;
+    Some(found.iter().enumerate().map(|(power, own)| own / span.powi(power as i32)).collect())
 }
 
 /// Sentences on which part of which table is which shot.

@@ -171,7 +171,12 @@ impl LibraryPath {
 
     fn read(&mut self, folder: &Path, stem: &str) -> Result<Option<SourceText>, String> {
         for extension in EXTENSIONS {
-            if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
+            let wanted = format!("{stem}.{extension}");
+            let (name, is_spelt) = match self.entry(folder, &wanted)? {
+                Some(name) => (Some(name), true),
+                None => (self.list(folder).ok().and_then(|names| nearly_same_name(&names, &wanted)), false),
+            };
+            if let Some(name) = name {
                 let path = folder.join(name);
                 if !self.is_allowed(&path) {
                     return Ok(None);
@@ -180,6 +185,10 @@ impl LibraryPath {
                     Some(text) => text.clone(),
                     None => read_text(&path).map_err(|error| error.to_string())?.into(),
                 };
+                // `small_drag.hyd` may hold `SmallDrag`, but `a_b.hyd` need not know anything of `AB`.
+                if !is_spelt && !text.contains(stem) {
+                    continue;
+                }
                 let short = self.base.as_ref().and_then(|base| path.strip_prefix(base).ok()).unwrap_or(&path);
                 let name = short.display().to_string();
                 return Ok(Some(SourceText { name: name.into(), text }));
@@ -319,6 +328,14 @@ fn built_in(path: &[Arc<str>]) -> Option<SourceText> {
 
 fn starts_with(path: &[Arc<str>], prefix: &[String]) -> bool {
     path.len() >= prefix.len() && path.iter().zip(prefix).all(|(a, b)| **a == **b)
+}
+
+/// The name that differs from this one in case and underscores only.
+fn nearly_same_name(names: &[String], wanted: &str) -> Option<String> {
+    fn bare(name: &str) -> impl Iterator<Item = u8> {
+        name.bytes().filter(|&byte| byte != b'_').map(|byte| byte.to_ascii_lowercase())
+    }
+    names.iter().find(|name| bare(name).eq(bare(wanted))).cloned()
 }
 
 /// The name as written, else the first that differs in case only.

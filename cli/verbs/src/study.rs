@@ -114,7 +114,7 @@ pub fn open(arguments: &StudyFiles, listener: &dyn Listener) -> Result<Opened, F
     for sentence in setup.notes() {
         listener.sentence(Severity::Note, &sentence);
     }
-    for sentence in setup.warnings() {
+    for sentence in setup.warnings().into_iter().chain(setup.other_starts()) {
         listener.sentence(Severity::Warning, &sentence);
     }
     let study_file = arguments.study.display().to_string();
@@ -128,7 +128,7 @@ impl Opened {
     /// What the compiler says.
     pub fn translated(&self, workshop: &Workshop<'_>, listener: &dyn Listener) -> Result<Translated, Failure> {
         let model = workshop.translate(&[]).map_err(failure)?;
-        for sentence in self.setup.idle_inputs(&model) {
+        for sentence in self.setup.idle_inputs(&model).into_iter().chain(self.setup.unset_states(&model)) {
             listener.sentence(Severity::Warning, &sentence);
         }
         Ok(model)

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::sizes::Size;
 use super::{AllGaps, Report, Scene, ShotFiles, course, disturbed, is_named, nearest, number, parameters, phases};
 use crate::catalogue::Candidate;
 use crate::further::further;
@@ -295,15 +296,11 @@ fn effects(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         for (k, unknown) in
             problem.unknowns.iter().enumerate().filter(|(_, u)| u.effect.is_some_and(|part| part.effect == number_of))
         {
-            let Meaning::Value { places, prior } = &unknown.meaning else { continue };
-            let error = pass.fit.standard_error(k).map_or(f64::NAN, |error| error * prior.slope(pass.fit.xi[k]).abs());
+            let Meaning::Value { places, .. } = &unknown.meaning else { continue };
             let name = unknown.name.strip_prefix(&format!("{}.", effect.id)).unwrap_or(&unknown.name);
-            parameters.insert(
-                name.to_string(),
-                json!({"value": number(prior.value(pass.fit.xi[k])), "stderr": number(error),
-                    "unit": places.first().map(|&place| problem.machine.unit(&problem.places[place]).to_string()),
-                    "parameters": places.iter().map(|&place| problem.places[place].name()).collect::<Vec<_>>()}),
-            );
+            let mut size = Size::of(&problem, &pass.fit, k, effect).json();
+            size["parameters"] = places.iter().map(|&place| problem.places[place].name()).collect::<Vec<_>>().into();
+            parameters.insert(name.to_string(), size);
         }
         json!({"id": &*effect.id, "effect": candidate.label(), "kind": effect.kind.word(), "component": site.path, "equation": &*effect.words,
             "class": effect.class, "file": &*site.file, "line": site.line, "parameters": parameters})

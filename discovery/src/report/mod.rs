@@ -12,6 +12,7 @@ mod parameter_file;
 mod parameters;
 mod phases;
 mod shot_files;
+mod sizes;
 mod summary;
 mod trajectories;
 mod written;

@@ -3,14 +3,14 @@
 
 use serde_json::{Map, Value, json};
 
+use super::sizes::{Size, words};
 use super::{Scene, number};
 use crate::Fault;
+use crate::catalogue::Effect;
 use crate::fit::Fit;
 use crate::problem::Problem;
 use crate::search::{Pass, Status, Tried, is_beaten};
 
-/// Standard errors to either side that hold 95 % of a normal distribution.
-const ERRORS_95: f64 = 1.96;
 /// Candidates that are shown.
 const MOST: usize = 3;
 
@@ -22,7 +22,7 @@ pub(super) fn found_before(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
     }
     let problem = last.base.problem(setup)?;
     let describe = |(number_of, candidate): (usize, &crate::catalogue::Candidate)| {
-        let parameters = sizes(&problem, &last.fit, number_of);
+        let parameters = sizes(&problem, &last.fit, (number_of, &candidate.effect));
         json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words, "component": candidate.sites[0].path,
             "parameters": parameters, "misfit": number(last.fit.misfit / last.expected)})
     };
@@ -39,7 +39,7 @@ pub(super) fn nearest(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
     for tried in last.tried.iter().take(MOST) {
         let (Some(fit), Some(candidate)) = (&tried.fit, tried.hypothesis.inserts.last()) else { continue };
         let problem = tried.hypothesis.problem(setup)?;
-        let parameters = sizes(&problem, fit, tried.hypothesis.inserts.len() - 1);
+        let parameters = sizes(&problem, fit, (tried.hypothesis.inserts.len() - 1, &candidate.effect));
         values.push(json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words,
             "component": candidate.sites[0].path, "parameters": parameters, "misfit": number(fit.misfit / last.expected),
             "cost_drop": number(tried.cost_drop), "size_in_errors": tried.errors.map(number),
@@ -54,18 +54,10 @@ fn is_open(status: Status) -> bool {
 }
 
 /// Values of the parameters of an effect with their errors.
-fn sizes(problem: &Problem<'_>, fit: &Fit, effect: usize) -> Value {
+fn sizes(problem: &Problem<'_>, fit: &Fit, (number_of, effect): (usize, &Effect)) -> Value {
     let own =
-        problem.unknowns.iter().enumerate().filter(|(_, own)| own.effect.is_some_and(|part| part.effect == effect));
-    let list = own.map(|(k, unknown)| {
-        let error = fit.standard_error(k).map_or(f64::NAN, |error| error * unknown.slope(fit.xi[k]).abs());
-        let end = |sign: f64| {
-            let error = fit.standard_error(k).unwrap_or(f64::NAN);
-            number(unknown.value(fit.xi[k] + sign * ERRORS_95 * error))
-        };
-        let value = number(unknown.value(fit.xi[k]));
-        (unknown.name.clone(), json!({"value": value, "stderr": number(error), "interval": [end(-1.0), end(1.0)]}))
-    });
+        problem.unknowns.iter().enumerate().filter(|(_, own)| own.effect.is_some_and(|part| part.effect == number_of));
+    let list = own.map(|(k, unknown)| (unknown.name.clone(), Size::of(problem, fit, k, effect).json()));
     list.collect::<Map<String, Value>>().into()
 }
 
@@ -98,11 +90,7 @@ pub(super) fn lines(json: &Value) -> Vec<String> {
     let list = |key: &str| json[key].as_array().cloned().unwrap_or_default();
     let sizes = |own: &Value| -> String {
         let parameters = own["parameters"].as_object().into_iter().flatten();
-        let one = |(name, size): (&String, &Value)| {
-            let figure = |key: &str| size[key].as_f64().unwrap_or(f64::NAN);
-            let end = |k: usize| size["interval"][k].as_f64().map_or("open".to_string(), |end| format!("{end:.2e}"));
-            format!("{name} = {:.4e} +- {:.1e} (95 %: {} to {})", figure("value"), figure("stderr"), end(0), end(1))
-        };
+        let one = |(name, size): (&String, &Value)| format!("{name} = {}", words(size));
         parameters.map(one).collect::<Vec<_>>().join(", ")
     };
     let word = |own: &Value, key: &str| own[key].as_str().unwrap_or_default().to_string();

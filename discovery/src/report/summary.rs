@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use hyd_system::as_known;
 use serde_json::Value;
 
+use super::sizes::{Size, words};
 use super::{AllGaps, Scene, disturbed, json::proposed, nearest};
 use crate::Fault;
 use crate::catalogue::Candidate;
@@ -163,15 +163,9 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
         let is_fitted = |shot: Option<usize>| shot.is_none_or(|shot| setup.train.contains(&shot));
         let sizes = problem.unknowns.iter().enumerate().filter(|(_, own)| own.effect.is_some() && is_fitted(own.shot));
         for (k, unknown) in sizes {
-            let xi = last.fit.xi[k];
-            let error = last.fit.standard_error(k).map_or(f64::NAN, |error| error * unknown.slope(xi).abs());
-            let value = unknown.value(xi);
-            let (known, error) = (as_known(value, error), as_known(error, error));
-            let unit = unknown.places().first().map(|&place| problem.machine.unit(&problem.places[place]));
-            let unit = unit
-                .filter(|unit| !unit.is_empty() && **unit != *"1")
-                .map_or_else(String::new, |own| format!(" {own}"));
-            let _ = writeln!(text, "  {:34} {known} +- {error}{unit}", unknown.name);
+            let effect = unknown.effect.map(|part| &scene.last.base.inserts[part.effect].effect);
+            let size = effect.map(|effect| Size::of(&problem, &last.fit, k, effect).json()).unwrap_or_default();
+            let _ = writeln!(text, "  {:34} {}", unknown.name, words(&size));
         }
     }
     let model =

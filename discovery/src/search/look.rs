@@ -41,7 +41,11 @@ impl Search<'_> {
         pass.base.refresh(self.setup, &mut seen, &weighing)?;
         let is_quiet = is_quiet && !is_bent;
         let Some(projection) = Projection::new(&seen) else {
-            return Err(Fault::run("no derivatives at the fit of the base model"));
+            return Err(Fault::run(
+                "the derivatives of the fitted base model cannot be computed over whole shots: its motion depends too much on where it begins, or its \
+                 equations fail nearby; cut the records into windows (`windows = 4` in `[shots]`, with `[initial]` for the states), or leave out the shots \
+                 that `hyd fit` follows worst",
+            ));
         };
         let mut hypotheses = Vec::new();
         for candidate in &self.candidates {

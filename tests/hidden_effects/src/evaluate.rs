@@ -2,7 +2,7 @@
 //! outside process with a time limit, and one row is appended to a file and flushed.  Trials that the file already holds are
 //! skipped, so a run may be killed at any time and started again; a half-written last line is dropped.
 
-use crate::draft::{Draft, Request};
+use crate::draft::{Draft, Request, TOLERANCES};
 use crate::files;
 use crate::measure;
 use crate::power;
@@ -88,15 +88,16 @@ pub fn trial(request: &Request, judged: &Judged) -> Result<Value, String> {
         "scattered": draft.shots.iter().any(|shot| shot.scatter != [1.0; 5]), "correlation": draft.correlation,
         "noise": draft.noise, "disturbances": request.disturbances, "raw_power": power.raw, "power": power.projected,
         "power_of_each": each.iter().map(|power| power.projected).collect::<Vec<_>>(), "judged": judged.label});
-    ask(request, judged, &folder, &mut row)?;
+    let report = ask(request, judged, &folder, &mut row)?;
+    row["fitted"] = pulls(&draft, &report);
     if !judged.keep {
         let _ = std::fs::remove_dir_all(&folder);
     }
     Ok(row)
 }
 
-/// Runs the judged command on the set and puts what it says into the row.
-fn ask(request: &Request, judged: &Judged, folder: &Path, row: &mut Value) -> Result<(), String> {
+/// Runs the judged command on the set and puts what it says into the row; the whole report.
+fn ask(request: &Request, judged: &Judged, folder: &Path, row: &mut Value) -> Result<Value, String> {
     let report = folder.join("report");
     let log = std::fs::File::create(folder.join("log.txt")).map_err(|error| shown(folder, error))?;
     let both = log.try_clone().map_err(|error| shown(folder, error))?;
@@ -130,7 +131,10 @@ fn ask(request: &Request, judged: &Judged, folder: &Path, row: &mut Value) -> Re
     row["cpu"] = json!(before.and_then(|before| Some(children_seconds()? - before)));
     let text = std::fs::read_to_string(report.join("report.json")).unwrap_or_default();
     match serde_json::from_str::<Value>(&text) {
-        Ok(found) if end != "time limit" => take(&found, row),
+        Ok(found) if end != "time limit" => {
+            take(&found, row);
+            return Ok(found);
+        }
         _ => {
             row["status"] = json!("none");
             row["named"] = json!([]);
@@ -138,7 +142,20 @@ fn ask(request: &Request, judged: &Judged, folder: &Path, row: &mut Value) -> Re
             row["message"] = json!(log.lines().rev().take(4).collect::<Vec<_>>().join(" | "));
         }
     }
-    Ok(())
+    Ok(Value::Null)
+}
+
+/// How far each fitted parameter is from what was drawn, in its standard errors: `(found - drawn)/error`, by name.
+fn pulls(draft: &Draft, report: &Value) -> Value {
+    let fitted = report["parameters"].as_array().into_iter().flatten();
+    let one = |own: &Value| {
+        let name = own["name"].as_str()?;
+        let place = TOLERANCES.iter().position(|(known, _)| *known == name)?;
+        let (value, error) = (own["after"]["value"].as_f64()?, own["after"]["stderr"].as_f64()?);
+        let pull = (value - draft.factors[place]) / error;
+        (error > 0.0).then(|| (name.to_string(), json!((pull * 100.0).round() / 100.0)))
+    };
+    fitted.filter_map(one).collect::<serde_json::Map<_, _>>().into()
 }
 
 /// The parts of a report that are judged.

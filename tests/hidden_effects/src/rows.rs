@@ -173,8 +173,9 @@ impl Row {
         Some((gap["before"].as_f64()?, gap["after"].as_f64()?))
     }
 
-    /// Size found and its standard error over the size hidden, where both are stated the same way: `(found - hidden)/error`.
-    pub fn pull(&self) -> Option<f64> {
+    /// Whether the 95 % interval of the size holds the size hidden, where both are stated the same way; without an interval in the row 1.96
+    /// standard errors are one.
+    pub fn is_size_inside(&self) -> Option<bool> {
         let hidden = &self.0["truth"][0]["parameters"];
         let own = |name: &str| hidden[name].as_f64();
         let (name, value) = match self.hidden()[..] {
@@ -192,7 +193,18 @@ impl Row {
         };
         let found = &self.0["parameters"][0][name];
         let (estimate, error) = (found["value"].as_f64()?, found["stderr"].as_f64()?);
-        (error > 0.0).then_some((estimate - value) / error)
+        let ends = [0, 1].map(|k| found["interval"][k].as_f64());
+        let inside = match ends {
+            [Some(low), Some(high)] => (low..=high).contains(&value),
+            _ => (estimate - value).abs() <= 1.96 * error,
+        };
+        (error > 0.0).then_some(inside)
+    }
+
+    /// Fitted parameters that are within 1.96 standard errors of what was drawn, and how many there are.
+    pub fn parameters_inside(&self) -> (usize, usize) {
+        let pulls = self.0["fitted"].as_object().into_iter().flatten().filter_map(|(_, pull)| pull.as_f64());
+        pulls.fold((0, 0), |(inside, all), pull| (inside + usize::from(pull.abs() <= 1.96), all + 1))
     }
 
     /// The best entry of `promised` or `alone`: effect without its channel, and number.
@@ -224,7 +236,15 @@ mod tests {
         assert_eq!(row("none", &[], &[]).end(), End::None);
         let right = row("named", &["eddy_currents"], &[]);
         assert_eq!((right.place(), right.place_by_present_lists()), (Some(2), Some(1)));
-        assert!((right.pull().expect("a size") - 1.5).abs() < 1e-9);
+        // 0.053 +- 0.002 for 0.05; the interval may be wider than that of the noise.
+        assert_eq!(right.is_size_inside(), Some(true));
+        let size = |own: Value| {
+            let mut row = row("named", &["eddy_currents"], &[]);
+            row.0["parameters"][0]["g_e"] = own;
+            row.is_size_inside()
+        };
+        assert_eq!(size(json!({"value": 0.054, "stderr": 0.002})), Some(false));
+        assert_eq!(size(json!({"value": 0.054, "stderr": 0.002, "interval": [0.0475, 0.0605]})), Some(true));
     }
 
     #[test]

@@ -176,7 +176,32 @@ fn a_plain_mass_that_lacks_nothing() {
     for wanted in ["coulomb_friction of v", "upper_stop of v", "lag of x_m", "clipping of v_ms"] {
         assert!(tried.contains(&wanted), "{tried:?}");
     }
+    // The speed is the rate of the position, so that neither could be told to hear the other.
     assert!(tried.iter().all(|own| own.ends_with(" of v") || own.ends_with(" of x_m") || own.ends_with(" of v_ms")));
+}
+
+/// At the usual size of a drag this swing would be out of step after a few turns: only far smaller sizes show what it does.
+#[test]
+fn a_drag_far_smaller_than_usual() {
+    let bench = Bench {
+        name: "small-drag",
+        model: "model Swing
+  parameter Real m = 2;
+  parameter Real k = 80;
+  parameter Real d = 0.04;
+  parameter Real x0 = 0.5;
+  Real x(start = x0, fixed = true);
+  Real v(start = 0, fixed = true);
+equation
+  der(x) = v;
+  m*der(v) = -k*x - d*v;
+end Swing;
+",
+        rates: |x, _| vec![x[1], (-80.0 * x[0] - 0.04 * x[1] - 0.01 * x[1] * x[1].abs()) / 2.0],
+        stop: 40.0,
+        ..SWING
+    };
+    names(&bench, "named", "quadratic_drag", "v", &[("c", 0.01)]);
 }
 
 /// Both effects are named, in any order.
