@@ -136,7 +136,7 @@ impl Pass {
 pub struct Refuted {
     /// The effect.
     pub candidate: Candidate,
-    /// How many times as large the gap on shots held out is with it.
+    /// How many times as large the gap on shots held out is with it; below 1 where it explains too little of it.
     pub by: f64,
 }
 

@@ -8,12 +8,18 @@ use super::context::Search;
 use super::pass::{Pass, Refuted};
 use crate::catalogue::Candidate;
 use crate::fault::Fault;
+use crate::problem::Weighing;
 use crate::proof::unseen;
 use crate::thresholds::LEAD;
 
+/// Mean square over that of noise from which on shots held out have to show what a further effect explains.
+const FAR_BEYOND: f64 = 25.0;
+/// The share of it that a further effect may leave there: what explains less imitates a part of something else.
+const NEARLY_ALL: f64 = 0.8;
+
 impl Search<'_> {
-    /// Takes effects out again, the last first, as long as the gap on shots held out is larger with it.  The pass that
-    /// named one says so, and is the last one then.
+    /// Takes effects out again, the last first, as long as the gap on shots held out is larger with it, or, far beyond noise, hardly smaller.
+    /// The pass that named one says so, and is the last one then.
     pub(super) fn withdraw(&self, passes: &mut Vec<Pass>, found: &mut Vec<Candidate>) -> Result<Vec<Refuted>, Fault> {
         let mut all = Vec::new();
         while let [.., before, last] = &passes[..]
@@ -22,13 +28,19 @@ impl Search<'_> {
             && is_next(before, last, found)
         {
             let (without, with) = (self.unseen(before)?, self.unseen(last)?);
-            let Some(refuted) = found.pop_if(|_| with > without + LEAD) else { break };
+            let expected = before.base.problem(self.setup)?.expected(&Weighing::whole(&self.setup.held_out, 0.0));
+            let is_far = without > FAR_BEYOND * expected;
+            let imitates = is_far && with > NEARLY_ALL * without;
+            let Some(refuted) = found.pop_if(|_| with > without + LEAD || imitates) else { break };
             (self.progress)(&format!("refuted by the shots held out: {}", refuted.label()));
             passes.pop();
             let Some(before) = passes.last_mut() else { break };
             let by = (with / without).sqrt();
             for own in before.tried.iter_mut().filter(|own| own.fit.is_some() && own.hypothesis.ends_with(&refuted)) {
-                own.verdict = format!("it makes the gap on shots held out larger, {by:.3} times");
+                own.verdict = match by > 1.0 {
+                    true => format!("it makes the gap on shots held out larger, {by:.3} times"),
+                    false => format!("on shots held out {:.0} % of the gap is left with it", 100.0 * by),
+                };
                 own.is_refuted = true;
             }
             all.push(Refuted { candidate: refuted, by });
