@@ -12,6 +12,11 @@ use hyd_system::{Variability, significant};
 const FAR: f64 = 100.0;
 /// So many times the nominal value, or a part of it, is near.
 const NEAR: f64 = 50.0;
+/// Angles beyond so many degrees are hardly given in degrees.
+const MOST_DEGREES: f64 = 720.0;
+/// A type whose usual value is at least this is one of pressures in machines (Pa), of which this many bar are the most.
+const HIGH: f64 = 1e4;
+const MOST_BAR: f64 = 250.0;
 /// Temperatures below this are hardly meant (K).
 const COLD: f64 = 150.0;
 /// A type whose usual value is at least this is one of absolute temperatures (K).
@@ -31,13 +36,10 @@ pub struct Suspect {
 }
 
 /// Units of SI, and what people count in beside them: words, and by how much the number has to be multiplied.  Not here are those whose values
-/// span too many sizes of machines to say what is usual, such as areas and voltages.
-const OTHERS: [(&str, &[(&str, f64)]); 7] = [
-    ("Pa", &[("bar", 1e5), ("MPa", 1e6), ("kPa", 1e3)]),
-    ("m", &[("mm", 1e-3)]),
+/// span too many sizes of machines to say what is usual, such as lengths and voltages.
+const OTHERS: [(&str, &[(&str, f64)]); 4] = [
     ("J/(kg.K)", &[("kJ/(kg.K)", 1e3)]),
     ("J/kg", &[("kJ/kg", 1e3)]),
-    ("N/m", &[("N/mm", 1e3)]),
     ("1/s", &[("turns per minute", 1.0 / 60.0)]),
     ("rad/s", &[("turns per minute", std::f64::consts::TAU / 60.0)]),
 ];
@@ -87,7 +89,7 @@ fn suspect(block: &VariableBlock, k: usize, value: f64, span: Span) -> Option<Su
         Some(Suspect { words: format!("{words}, write {}", significant(meant)), name: name.clone(), span, distance })
     };
     match (&**unit, usual) {
-        ("rad", _) if value.abs() > 1.01 * std::f64::consts::TAU => {
+        ("rad", _) if (1.01 * std::f64::consts::TAU..=MOST_DEGREES).contains(&value.abs()) => {
             let degrees = significant((value.to_degrees() * 10.0).round() / 10.0);
             let words = format!("`{name}` = {shown} rad is {degrees} degrees: if it is meant in degrees");
             found(round_to(value.to_radians(), 4), words, value.abs() / std::f64::consts::TAU)
@@ -96,6 +98,10 @@ fn suspect(block: &VariableBlock, k: usize, value: f64, span: Span) -> Option<Su
             let celsius = significant(((value - 273.15) * 100.0).round() / 100.0);
             let words = format!("`{name}` = {shown} K is {celsius} degC: if it is meant in degrees Celsius");
             found(((value + 273.15) * 100.0).round() / 100.0, words, usual / value.abs().max(1.0))
+        }
+        ("Pa", Some(usual)) if usual >= HIGH && (1.0..=MOST_BAR).contains(&value) => {
+            let words = format!("`{name}` = {shown} Pa is next to nothing: if it is meant in bar");
+            found(round_to(value * 1e5, 5), words, usual / value)
         }
         (_, Some(usual)) if usual > 0.0 && value != 0.0 => {
             let ratio = value.abs() / usual;
@@ -107,7 +113,7 @@ fn suspect(block: &VariableBlock, k: usize, value: f64, span: Span) -> Option<Su
             let (other, factor) = others.iter().find(|(_, factor)| near(*factor))?;
             let usual = significant(usual);
             let words = format!(
-                "`{name}` = {shown} {unit} is far from what is usual of its type ({usual} {unit}): if it is meant in {other}"
+                "`{name}` = {shown} {unit} is far from the usual size of such a value ({usual} {unit}): if it is meant in {other}"
             );
             found(round_to(value * factor, 5), words, ratio.max(1.0 / ratio))
         }
@@ -148,13 +154,15 @@ mod tests {
         assert_eq!(of("Pa", pressure, "6").as_deref(), Some("600000"));
         assert_eq!(of("Pa", pressure, "6e5"), None);
         assert_eq!(of("Pa", "", "6"), None);
+        assert_eq!(of("Pa", pressure, "3000"), None);
         assert_eq!(of("K", ", nominal = 300", "40").as_deref(), Some("313.15"));
         assert_eq!(of("K", ", nominal = 300", "290"), None);
         // A difference of temperatures.
         assert_eq!(of("K", ", nominal = 10", "40"), None);
         assert_eq!(of("rad", "", "12").as_deref(), Some("0.2094"));
         assert_eq!(of("rad", "", "3.1"), None);
-        assert_eq!(of("m", ", nominal = 1e-3", "40").as_deref(), Some("0.04"));
+        assert_eq!(of("rad", "", "6000"), None);
+        assert_eq!(of("m", ", nominal = 1e-3", "2"), None);
         assert_eq!(of("1/s", ", nominal = 25", "3000").as_deref(), Some("50"));
         assert_eq!(of("J/(kg.K)", ", nominal = 1e3", "4.18").as_deref(), Some("4180"));
     }

@@ -242,7 +242,9 @@ impl Hypothesis {
             let size = multiple * typical;
             let xi = self.at_size(&problem, &before.xi, size);
             let Ok(runs) = problem.simulate(&xi, weighing) else {
-                power = f64::INFINITY;
+                if multiple <= SMALLEST {
+                    power = f64::INFINITY;
+                }
                 continue;
             };
             let signature = problem.residuals(&xi, &runs, weighing) - &before.residuals;

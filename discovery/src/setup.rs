@@ -255,9 +255,9 @@ impl Setup {
             let name = initial.formula()?.trim().strip_prefix("first_")?;
             let channel = self.study.channels.get(name)?;
             let shown = channel.variable.trim();
-            // A plain name may be another one of the same variable.
-            let is_name = shown.chars().all(|c| c.is_alphanumeric() || "_.[]".contains(c));
-            (!is_name).then(|| {
+            // What is shifted or scaled by a number is another value than the state, whatever the names mean.
+            let is_shifted = shown.contains(['+', '-', '*', '/']) && shown.contains(|c: char| c.is_ascii_digit());
+            is_shifted.then(|| {
                 format!(
                     "{}the state `{state}` begins at `first_{name}`, but that channel shows `{shown}`: if the two differ, the formula has to undo it",
                     self.study.place(&["initial", state])
@@ -294,7 +294,7 @@ impl Setup {
         };
         (!names.is_empty()).then(|| {
             format!(
-                "the record is cut into windows, and {}{more} begin each of them at the value of the model: `[initial]` says where they are then (or `windows = 1` in \
+                "the record is cut into windows, and {}{more} begin each of them as the model says: `[initial]` says where they are then (or `windows = 1` in \
                  `[shots]` leaves the record whole)",
                 shown.join(", ")
             )

@@ -76,7 +76,7 @@ pub(crate) fn beginnings(shot: &Shot, study: &Study) -> BTreeMap<String, f64> {
 fn first_slope(samples: &[(f64, f64)]) -> Option<f64> {
     let first = samples.first()?.0;
     let of_line = polynomial(samples, first, 1)?;
-    let bent = (samples.len() > 3).then(|| polynomial(samples, first, 2)).flatten();
+    let bent = (samples.len() >= SLOPE).then(|| polynomial(samples, first, 2)).flatten();
     let left = |own: &[f64]| -> f64 {
         let value = |t: f64| own.iter().rev().fold(0.0, |sum, own| sum * (t - first) + own);
         samples.iter().map(|&(t, x)| square(x - value(t))).sum()

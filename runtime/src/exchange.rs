@@ -149,6 +149,7 @@ impl Exchange {
         let Point { y, yp, .. } = &mut self.now;
         let terminated = self.initial.start(problem, &mut start, y, yp)?;
         problem.system.assertions(t, &self.now.y, &self.now.yp, &mut self.reports);
+        self.refuse_failed()?;
         Ok(Settled { values_changed: true, states_changed: false, terminated })
     }
 
@@ -371,6 +372,11 @@ impl Exchange {
 
     fn check(&mut self, system: &mut dyn DaeSystem) -> Result<(), SolveError> {
         system.assertions(self.now.t, &self.now.y, &self.now.yp, &mut self.reports);
+        self.refuse_failed()
+    }
+
+    /// The error of the first assertion of that level among the reports.
+    fn refuse_failed(&mut self) -> Result<(), SolveError> {
         match self.reports.iter().position(|report| report.error) {
             Some(k) => {
                 let report = Box::new(self.reports.swap_remove(k));

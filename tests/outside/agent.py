@@ -86,7 +86,7 @@ async def mistakes(client):
         ("simulate", {"file": "drive.hyd", "result": "bench/set.csv/../../../x.csv"}, "lies outside"),
         ("simulate", {"file": "drive.hyd", "result": "drive.hyd"}, "must end in"),
         ("fit", {"study": "bench.toml", "bench": "bench/set.json", "write_parameters": "bench.toml"}, "is there already"),
-        ("fit", {"study": "bench.toml", "bench": "bench/set.json", "report": "bench"}, "holds no `fit.json`"),
+        ("fit", {"study": "bench.toml", "bench": "bench/set.json", "report": "bench"}, "holds no `fit.html`"),
         ("simulate", {"file": "drive.hyd", "parameter_file": "../fitted.toml"}, "lies outside"),
         ("simulate", {"file": "drive.hyd", "stpo": 1}, "did you mean `stop`?"),
         ("simulate", {"file": "drive.hyd", "parameters": {"spring.kk": 1}}, "did you mean `spring.k`?"),

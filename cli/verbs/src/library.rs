@@ -171,12 +171,7 @@ impl LibraryPath {
 
     fn read(&mut self, folder: &Path, stem: &str) -> Result<Option<SourceText>, String> {
         for extension in EXTENSIONS {
-            let wanted = format!("{stem}.{extension}");
-            let (name, is_spelt) = match self.entry(folder, &wanted)? {
-                Some(name) => (Some(name), true),
-                None => (self.list(folder).ok().and_then(|names| nearly_same_name(&names, &wanted)), false),
-            };
-            if let Some(name) = name {
+            if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
                 let path = folder.join(name);
                 if !self.is_allowed(&path) {
                     return Ok(None);
@@ -185,16 +180,34 @@ impl LibraryPath {
                     Some(text) => text.clone(),
                     None => read_text(&path).map_err(|error| error.to_string())?.into(),
                 };
-                // `small_drag.hyd` may hold `SmallDrag`, but `a_b.hyd` need not know anything of `AB`.
-                if !is_spelt && !text.contains(stem) {
-                    continue;
-                }
                 let short = self.base.as_ref().and_then(|base| path.strip_prefix(base).ok()).unwrap_or(&path);
                 let name = short.display().to_string();
                 return Ok(Some(SourceText { name: name.into(), text }));
             }
         }
         Ok(None)
+    }
+}
+
+impl LibraryPath {
+    /// The text of a class at the top of a folder of libraries, in a file whose name differs from it in underscores, too: `small_drag.hyd` may
+    /// hold `SmallDrag`.  Asked last, so that it hides no class.
+    fn nearly_named(&mut self, path: &[Arc<str>]) -> Option<SourceText> {
+        let [name] = path else { return None };
+        let folders: Vec<PathBuf> =
+            self.roots.iter().filter(|root| root.prefix.is_empty()).map(|root| root.folder.clone()).collect();
+        for folder in folders {
+            for extension in EXTENSIONS {
+                let Ok(names) = self.list(&folder) else { continue };
+                let Some(file) = nearly_same_name(&names, &format!("{name}.{extension}")) else { continue };
+                let stem = file.strip_suffix(&format!(".{extension}")).unwrap_or(&file).to_string();
+                match self.read(&folder, &stem) {
+                    Ok(Some(source)) if declares(&source.text, name) => return Some(source),
+                    _ => {}
+                }
+            }
+        }
+        None
     }
 }
 
@@ -209,7 +222,7 @@ impl Sources for LibraryPath {
                 return Ok(Some(text));
             }
         }
-        Ok(built_in(path))
+        Ok(built_in(path).or_else(|| self.nearly_named(path)))
     }
 
     fn data(&mut self, name: &str) -> Result<Arc<str>, String> {
@@ -328,6 +341,17 @@ fn built_in(path: &[Arc<str>]) -> Option<SourceText> {
 
 fn starts_with(path: &[Arc<str>], prefix: &[String]) -> bool {
     path.len() >= prefix.len() && path.iter().zip(prefix).all(|(a, b)| **a == **b)
+}
+
+/// True if a text declares a class of this name, as far as its words tell.
+fn declares(text: &str, name: &str) -> bool {
+    let mut before = "";
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|word| !word.is_empty()).any(|word| {
+        let is_class =
+            matches!(before, "model" | "block" | "class" | "record" | "connector" | "type" | "package" | "function");
+        before = word;
+        is_class && word == name
+    })
 }
 
 /// The name that differs from this one in case and underscores only.

@@ -14,7 +14,7 @@ use crate::explain::faults::{
     counted, explain_parts, list_names, made_equations, mark_equations, mark_variables, name_components, smallest_over,
     variable_of,
 };
-use crate::explain::held_states::held_states;
+use crate::explain::held_states::{held_message, held_states};
 use crate::explain::prescribed::prescribed_twice;
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::system::{EqId, EquationSystem, Reduction, Role};
@@ -46,7 +46,23 @@ pub(crate) fn check_balance(system: &mut EquationSystem, algebra: &mut Algebra) 
     if full.is_perfect() {
         return Ok(constraints(&rates, &matching));
     }
+    if let Some(said) = held_without(system, algebra) {
+        return Err(said);
+    }
     Err(as_written(system).unwrap_or_else(|| imbalance(system, &all, &unknowns, &full)))
+}
+
+/// The message on equations that hold states, if there are as many as equations too many and all is regular without them.
+fn held_without(system: &mut EquationSystem, algebra: &mut Algebra) -> Option<Diagnostic> {
+    let mut rows = simulation_equations(system);
+    let unknowns = simulation_unknowns(system);
+    let held = held_states(system, rows.len().saturating_sub(unknowns.targets.len()));
+    if held.is_empty() {
+        return None;
+    }
+    rows.retain(|row| held.iter().all(|(eq, _)| eq != row));
+    let rest = pattern(system, algebra, rows, &unknowns);
+    maximum_matching(&rest.incidence, None).is_perfect().then(|| held_message(system, &held)).flatten()
 }
 
 /// The same check before aliases were eliminated: its message speaks of the equations as they are written.  `None` if
@@ -122,9 +138,6 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
     let twice = if rows == columns { prescribed_twice(system, pattern, &by_value, matching) } else { None };
     if let Some(twice) = twice {
         return twice;
-    }
-    if let Some(held) = held_states(system, written.saturating_sub(needed)) {
-        return held.help(message);
     }
     // Inputs that nothing feeds are all that is missing.
     let open = &system.flat.open_inputs;

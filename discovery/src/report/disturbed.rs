@@ -190,10 +190,16 @@ pub(super) fn remaining(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
 pub(super) fn refuted(findings: &Findings) -> Vec<Value> {
     let describe = |own: &Refuted| {
         let (effect, words) = (own.candidate.label(), &*own.candidate.effect.words);
-        let sentence = format!(
-            "refuted by the shots held out: {effect} ({words}), with which the gap there is {:.2} times as large",
-            own.by
-        );
+        let sentence = match own.by > 1.0 {
+            true => format!(
+                "refuted by the shots held out: {effect} ({words}), with which the gap there is {:.2} times as large",
+                own.by
+            ),
+            false => format!(
+                "not supported by the shots held out: {effect} ({words}), with which {:.0} % of the gap there is left",
+                100.0 * own.by
+            ),
+        };
         json!({"id": &*own.candidate.effect.id, "effect": effect, "words": words, "gap_times": number(own.by), "sentence": sentence})
     };
     findings.refuted.iter().map(describe).collect()

@@ -70,7 +70,8 @@ pub(super) fn words(size: &Value) -> String {
         }
         false => String::new(),
     };
-    format!("{} +- {}{unit}{interval}", as_known(value, error), as_known(error, error))
+    let spread = if error.is_finite() { as_known(error, error) } else { "unknown".to_string() };
+    format!("{} +- {spread}{unit}{interval}", as_known(value, error))
 }
 
 #[cfg(test)]
@@ -85,6 +86,6 @@ mod tests {
         let size =
             json!({"value": 1.209e-11, "stderr": 1.4e-13, "interval": [1.087e-11, 1.331e-11], "unit": "m3/(s.Pa)"});
         assert_eq!(words(&size), "1.209e-11 +- 1.4e-13 m3/(s.Pa) (95 %: 1.087e-11 to 1.331e-11)");
-        assert_eq!(words(&json!({"value": 2.5, "stderr": null, "interval": [null, null]})), "2.5 +- NaN");
+        assert_eq!(words(&json!({"value": 2.5, "stderr": null, "interval": [null, null]})), "2.5 +- unknown");
     }
 }

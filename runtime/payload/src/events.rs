@@ -272,6 +272,10 @@ impl Instance {
             self.memory.failed.clear();
         }
         let out = &self.memory.out;
+        if phase == EventPhase::Repeat {
+            // The pass before, with what the solution has become since.
+            self.memory.failed.retain(|(known, _)| out[*known] != 0.0);
+        }
         let fired = |kind: CheckKind| {
             let all = checks.iter().zip(out).enumerate();
             all.filter(move |(_, (check, value))| check.kind == kind && **value != 0.0)

@@ -10,7 +10,7 @@ use crate::arguments::{Kind, optional};
 use crate::calls::Call;
 
 /// What shows that a folder holds a report.
-const MARK: &str = "fit.json";
+const MARK: &str = "fit.html";
 
 pub(super) const TOOL: Tool = Tool {
     name: "fit",

@@ -33,8 +33,10 @@ function measured(own) {
 // The 95 % interval of a size, which also leaves room for what its law idealises.
 function interval(own) {
   if (!own.interval || own.interval.some((end) => end === null)) return "";
+  const width = own.interval[1] - own.interval[0], size = Math.max(...own.interval.map(Math.abs));
+  const digits = width > 0 && size > 0 ? Math.min(12, Math.max(2, Math.ceil(Math.log10(size / width)) + 2)) : 6;
   const form = own.form ? `, with ${fixed(100 * own.form, 0)} % for the form of the law` : "";
-  return ` <small>95 %: ${own.interval.map((end) => short(Number(end.toPrecision(3)))).join(" to ")}${form}</small>`;
+  return ` <small>95 %: ${own.interval.map((end) => short(Number(end.toPrecision(digits)))).join(" to ")}${form}</small>`;
 }
 
 // The shot held out, if there is one, and the channel with the largest gap in it.

@@ -147,10 +147,10 @@ pub fn approaches(
                 // A law that holds in both directions is the usual meaning.
                 let beyond = match use_of {
                     Use::Power => Some(format!(
-                        "where it is meant for both signs, write `sign(x)*abs(x)^n` for `x^n`, with `{text}` for `x`"
+                        "if it should also hold for negative values, write `sign(x)*abs(x)^n` for `x^n`, with `{text}` for `x`"
                     )),
                     Use::Root => Some(format!(
-                        "where it is meant for both signs, write `sign(x)*sqrt(abs(x))` for `sqrt(x)`, with `{text}` for `x`"
+                        "if it should also hold for negative values, write `sign(x)*sqrt(abs(x))` for `sqrt(x)`, with `{text}` for `x`"
                     )),
                     _ => None,
                 };

@@ -384,10 +384,20 @@ fn note(system: &EquationSystem, chosen: &[(VarId, EqId)]) -> Option<Diagnostic>
     let message = format!("the start is not fully determined: the start values of {names} are used as initial values");
     (!chosen.is_empty()).then(|| {
         let mut note = Diagnostic::note(Code::Chosen, message);
-        for &(v, _) in chosen.iter().take(MOST_EXPLAINED) {
-            note = note.maybe_help(said_of(system, v));
+        for said in chosen.iter().filter_map(|&(v, _)| said_of(system, v)).take(MOST_EXPLAINED) {
+            note = note.help(said);
         }
         note
+    })
+}
+
+/// True if an equation reads both variables, so that one decides the other.
+fn are_in_one_equation(system: &EquationSystem, one: VarId, other: VarId) -> bool {
+    system.equations_in(Section::Continuous).into_iter().any(|eq| {
+        let has = |v: VarId| {
+            system.operands_of(system.equations[eq].operands).iter().any(|own| own.target() == Target::Var(v))
+        };
+        has(one) && has(other)
     })
 }
 
@@ -414,10 +424,12 @@ fn said_of(system: &EquationSystem, v: VarId) -> Option<String> {
             && other.variability == Variability::Continuous
             && !other.fixed.get(0)
             && system.roles[other.first] == Role::Algebraic
+            && are_in_one_equation(system, v, other.first)
     });
     let guess = beside.map(|other| other.name.element(0));
-    let guess = guess
-        .map_or_else(String::new, |other| format!("; that of `{other}` is only a guess, unless it has `fixed = true`"));
+    let guess = guess.map_or_else(String::new, |other| {
+        format!("; the start value of `{other}` is only a guess, unless it has `fixed = true`")
+    });
     Some(format!("`{name}` has no start value and begins at 0{guess}"))
 }
 

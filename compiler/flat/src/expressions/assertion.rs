@@ -23,10 +23,14 @@ impl Flattener<'_, '_> {
         let (message, values) = self.message(&parts.text, cx, parts.error)?;
         let before = std::mem::replace(&mut cx.no_event, true);
         let test = self.lower(&parts.condition, cx, &[]);
+        let values = match test.is_ok() {
+            true => self.message_values(message, &values, cx),
+            false => Err(Fail::Reported),
+        };
         cx.no_event = before;
         let test = test?;
         self.want_boolean(parts.condition.span, "`assert`", &test)?;
-        let values = self.message_values(message, &values, cx)?;
+        let values = values?;
         let arena = &mut self.model.templates.arena;
         if cx.in_when {
             let fails = arena.not(test.node);
