@@ -19,9 +19,9 @@ use crate::{Fault, Setup};
 /// Sizes, as multiples of the typical one, at which an effect is looked at: one that grows from nothing, and one that does not.
 const SIZES: (&[f64], &[f64]) = (&[1.0, 0.3, 2.0], &[1.0, 0.3, 0.5, 0.75, 1.5, 2.0]);
 const SIZES_BESIDE_WAVES: &[f64] = &[1.0];
-/// The smallest of the first ones, and further sizes below it: how many at most, and each as a part of the one before.
+/// The smallest of the first ones, and further sizes below it, each a quarter of the one before.
 const SMALLEST: f64 = 0.3;
-const SMALLER: (i32, f64) = (5, 0.25);
+const SMALLER: &[f64] = &[0.075, 0.01875, 0.004_687_5, 0.001_171_875, 0.000_292_968_75];
 /// A size that explains less than this part of what is left is not the one.
 const WORTHWHILE: f64 = 0.3;
 /// Where nothing but noise is left an effect that explains less than this at its typical size is not looked at at others.
@@ -229,9 +229,8 @@ impl Hypothesis {
             (false, false) => SIZES.1,
         };
         let ends_at_nothing = insert.effect.zero.is_some() && self.machine.is_fast();
-        let smaller = (1..=SMALLER.0).map(|k| SMALLEST * SMALLER.1.powi(k));
         let mut power = 0.0;
-        for (place, multiple) in sizes.iter().copied().chain(smaller).enumerate() {
+        for (place, multiple) in sizes.iter().chain(SMALLER).copied().enumerate() {
             // What an effect does is in proportion to its size where that is small.  Where it does more than all that is left at every
             // size so far, and none explains much of it, smaller ones tell.
             let explains = best.as_ref().map_or(0.0, |best| best.score.gain);

@@ -87,6 +87,10 @@ fn first_slope(samples: &[(f64, f64)]) -> Option<f64> {
     }
 }
 
+fn power_of(x: f64, power: usize) -> f64 {
+    std::iter::repeat_n(x, power).product()
+}
+
 /// Coefficients of the polynomial of least squares in the time since `first`, the constant first.
 fn polynomial(samples: &[(f64, f64)], first: f64, degree: usize) -> Option<Vec<f64>> {
     let span = samples.last()?.0 - first;
@@ -94,11 +98,10 @@ fn polynomial(samples: &[(f64, f64)], first: f64, degree: usize) -> Option<Vec<f
         return None;
     }
     // In parts of the span, so that powers are of one size.
-    let powers =
-        DMatrix::from_fn(samples.len(), degree + 1, |k, power| ((samples[k].0 - first) / span).powi(power as i32));
+    let powers = DMatrix::from_fn(samples.len(), degree + 1, |k, power| power_of((samples[k].0 - first) / span, power));
     let values = DVector::from_iterator(samples.len(), samples.iter().map(|own| own.1));
     let found = powers.svd(true, true).solve(&values, 1e-12).ok()?;
-    Some(found.iter().enumerate().map(|(power, own)| own / span.powi(power as i32)).collect())
+    Some(found.iter().enumerate().map(|(power, own)| own / power_of(span, power)).collect())
 }
 
 /// Sentences on which part of which table is which shot.
