@@ -1,4 +1,4 @@
-//! Flat model to code: equations are sorted and differentiated, anew with sums of equations where they turn out singular.
+//! Flat model to code: equations are sorted and differentiated, once more with sums of equations where they turn out singular.
 
 use std::sync::Arc;
 

@@ -96,8 +96,8 @@ impl Compilation {
         self.diagnostics.iter().any(|d| d.severity == Severity::Error)
     }
 
-    /// The connectors and inputs of a component that is balanced by itself and only lacks what is connected to it.  That is no fault, so
-    /// what is said of numbers of equations and unknowns is withdrawn.  Nothing where anything else is at fault.
+    /// The connectors and inputs of a component that is balanced by itself and only lacks what is connected to it.  That is not a fault, so
+    /// messages on numbers of equations and unknowns are withdrawn.  Nothing where anything else is at fault.
     pub fn forgive_open_ends(&mut self) -> Vec<Arc<str>> {
         let is_of_balance =
             |own: &Diagnostic| own.severity == Severity::Error && matches!(own.code, Code::Unbalanced | Code::Singular);

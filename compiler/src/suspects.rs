@@ -1,6 +1,6 @@
 //! Parameters whose number looks like one in another unit: 6 Pa where 6 bar are meant, 40 K for 40 degrees Celsius, 12 rad for 12 degrees.
 //!
-//! Only asked where a run has failed, as a number is no fault by itself.  A unit tells which others people count in beside it; a value is
+//! Only asked where a run has failed, as a number by itself is not a fault.  A unit tells which others people count in beside it; a value is
 //! suspect where it is far from what is usual for its type (the `nominal` value, a full turn for angles, room temperature) and near it
 //! if it is read in one of those.  Values are those that stand in the text as numbers.
 

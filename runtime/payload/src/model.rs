@@ -185,7 +185,7 @@ pub enum MessagePiece {
 }
 
 impl Check {
-    /// What is said of an assertion that fails.
+    /// The report of an assertion that fails.
     pub(crate) fn report(&self, out: &[f64]) -> AssertionReport {
         AssertionReport { message: self.text(out), error: self.error, file: self.file.clone(), line: self.line }
     }
