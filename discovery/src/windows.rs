@@ -139,12 +139,24 @@ fn shown_length(shot: &Shot) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Shot, beginnings, cut, told};
+    use super::{Shot, beginnings, cut, first_slope, told};
     use crate::Study;
 
     fn study() -> Study {
         let text = "file = \"m.hyd\"\n[models]\ndefault = \"M\"\n[channels]\ny = { variable = \"x\", scale = 1e3 }\n";
         Study::parse(text).unwrap_or_else(|fault| panic!("{fault}"))
+    }
+
+    #[test]
+    fn the_slope_at_the_first_sample_is_not_that_in_the_middle() {
+        // A swing that turns 0.02 s later: 65 rad/s2, 100 samples a second.
+        let bent: Vec<(f64, f64)> = (0..5).map(|k| 0.01 * f64::from(k)).map(|t| (t, 1.3 * t - 32.5 * t * t)).collect();
+        assert!((first_slope(&bent).unwrap_or(f64::NAN) - 1.3).abs() < 1e-9);
+        // Noise about a line stays a line: its slope is that of least squares.
+        let noisy: Vec<(f64, f64)> =
+            [0.02, 0.96, 2.03, 2.98, 4.01].into_iter().enumerate().map(|(k, x)| (k as f64, x)).collect();
+        assert!((first_slope(&noisy).unwrap_or(f64::NAN) - 1.0).abs() < 1e-9, "{:?}", first_slope(&noisy));
+        assert_eq!(first_slope(&[(1.0, 2.0)]), None);
     }
 
     #[test]

@@ -29,9 +29,7 @@ impl Search<'_> {
         {
             let (without, with) = (self.unseen(before)?, self.unseen(last)?);
             let expected = before.base.problem(self.setup)?.expected(&Weighing::whole(&self.setup.held_out, 0.0));
-            let is_far = without > FAR_BEYOND * expected;
-            let imitates = is_far && with > NEARLY_ALL * without;
-            let Some(refuted) = found.pop_if(|_| with > without + LEAD || imitates) else { break };
+            let Some(refuted) = found.pop_if(|_| is_refuted((without, with), expected)) else { break };
             (self.progress)(&format!("refuted by the shots held out: {}", refuted.label()));
             passes.pop();
             let Some(before) = passes.last_mut() else { break };
@@ -55,9 +53,30 @@ impl Search<'_> {
     }
 }
 
+/// True if shots held out speak against a further effect: sums of squares without it and with it, and what noise leaves.
+fn is_refuted((without, with): (f64, f64), expected: f64) -> bool {
+    let is_far = without > FAR_BEYOND * expected;
+    with > without + LEAD || is_far && with > NEARLY_ALL * without
+}
+
 /// True if the model of the last pass is that of the one before with the last effect beside it.
 fn is_next(before: &Pass, last: &Pass, found: &[Candidate]) -> bool {
     let labels = |candidates: &[Candidate]| candidates.iter().map(Candidate::label).collect::<Vec<_>>();
     let all = labels(found);
     labels(&last.base.inserts) == all && labels(&before.base.inserts) == all[..all.len() - 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_refuted;
+
+    #[test]
+    fn shots_held_out_have_to_show_a_further_effect_where_much_is_left() {
+        // Near the noise less is asked: it must not be worse.
+        assert!(!is_refuted((1300.0, 1290.0), 1000.0) && !is_refuted((1300.0, 1305.0), 1000.0));
+        assert!(is_refuted((1300.0, 1320.0), 1000.0));
+        // Gaps of 118 and 113 times noise, and of 118 and 90.
+        assert!(is_refuted((118.0 * 118.0, 113.0 * 113.0), 1.0));
+        assert!(!is_refuted((118.0 * 118.0, 90.0 * 90.0), 1.0));
+    }
 }
