@@ -143,3 +143,22 @@ fn what_cannot_be_read_is_said() {
         assert!(message.starts_with(&format!("`{}` cannot be read: ", link.display())), "{message}");
     }
 }
+
+#[test]
+fn a_file_with_underscores_holds_a_class_but_hides_none() {
+    let first = Folder::new(
+        "first",
+        &[("small_drag.hyd", "block SmallDrag end SmallDrag;"), ("gear_box.hyd", "model gear_box \"not GearBox\"")],
+    );
+    let second = Folder::new("second", &[("GearBox.hyd", "model GearBox")]);
+    let mut library = LibraryPath::new();
+    library.add_folder(&first.0).unwrap();
+    library.add_folder(&second.0).unwrap();
+    assert_eq!(find(&mut library, "SmallDrag"), found("block SmallDrag end SmallDrag;"));
+    assert_eq!(find(&mut library, "GearBox"), found("model GearBox"));
+    assert_eq!(find(&mut library, "SmallDrags"), Ok(None));
+    // What only speaks of a class does not hold it.
+    let third = Folder::new("third", &[("wind_mill.hyd", "model wind_mill \"a model like WindMill\"")]);
+    library.add_folder(&third.0).unwrap();
+    assert_eq!(find(&mut library, "WindMill"), Ok(None));
+}
