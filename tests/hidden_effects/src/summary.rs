@@ -147,7 +147,8 @@ fn goals(rows: &[Row]) -> String {
         _ => row.end() == End::Right,
     };
     let right = rows.iter().filter(is_right);
-    let (inside, all) = right.map(|row| row.parameters_inside()).fold((0, 0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
+    let (inside, all) =
+        right.map(|row| row.parameters_inside()).fold((0, 0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
     if all > 0 {
         // Those of one bench depend on each other, so that the share has no interval of its own.
         let share = 100.0 * inside as f64 / all as f64;
