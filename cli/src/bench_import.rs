@@ -71,7 +71,14 @@ fn folder(arguments: &Import) -> Result<(), Failure> {
         let content = read(&source.join(&name)).map_err(failure)?;
         files.push(RawFile { name, content });
     }
-    let asked = Asked { rate: arguments.rate, trigger: arguments.trigger.clone(), skip: arguments.skip.clone() };
+    let asked = Asked {
+        rate: arguments.rate,
+        time: arguments.time.clone(),
+        trigger: arguments.trigger.clone(),
+        no_trigger: arguments.no_trigger,
+        drop_repeated: arguments.drop_repeated,
+        skip: arguments.skip.clone(),
+    };
     let inside = |fault: Fault| failure(within(source, fault));
     let Assumptions { plan, notes, left_out } =
         Plan::assume(&stem, &way(&target, source), &files, &asked).map_err(inside)?;
@@ -93,8 +100,10 @@ fn folder(arguments: &Import) -> Result<(), Failure> {
 /// Imports by an import file that a person may have edited.
 fn again(arguments: &Import) -> Result<(), Failure> {
     let source = &arguments.source;
-    if arguments.rate.is_some() || arguments.trigger.is_some() || !arguments.skip.is_empty() {
-        let sentence = "--rate, --trigger and --skip are for folders; an import file says these things itself";
+    let is_said = arguments.rate.is_some() || arguments.trigger.is_some() || arguments.no_trigger;
+    if is_said || arguments.drop_repeated || !(arguments.time.is_empty() && arguments.skip.is_empty()) {
+        let sentence = "--rate, --time, --drop-repeated, --trigger, --no-trigger and --skip are for folders; an import file says these \
+                        things itself";
         return Err(Failure::Usage(sentence.to_string()));
     }
     if source.exists() && source.extension().is_none_or(|ending| ending != "toml") {

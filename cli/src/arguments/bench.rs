@@ -39,9 +39,18 @@ pub struct Import {
     /// Samples per second, where no column holds times
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub rate: Option<f64>,
+    /// The column of times (repeatable, where columns have times of their own) [default: those that look like times]
+    #[arg(long, value_name = "COLUMN", conflicts_with = "rate")]
+    pub time: Vec<String>,
+    /// Leaves out rows whose time is that of the row before
+    #[arg(long)]
+    pub drop_repeated: bool,
     /// The column whose first edge becomes time 0 [default: the only column that looks like a trigger]
     #[arg(long, value_name = "COLUMN")]
     pub trigger: Option<String>,
+    /// Takes no column for a trigger: times stay as they are
+    #[arg(long, conflicts_with = "trigger")]
+    pub no_trigger: bool,
     /// Leaves a column out (repeatable)
     #[arg(long, value_name = "COLUMN")]
     pub skip: Vec<String>,

@@ -11,6 +11,7 @@ use super::unit::{clean, heading, unit};
 use super::{Asked, RawFile};
 use crate::Fault;
 use crate::record::{edge, is_two_level};
+use hyd_compiler::did_you_mean;
 
 /// Words in the name of a condition that is the number of samples per second.
 const RATES: [&str; 4] = ["rate", "abtast", "sampling", "samplefreq"];
@@ -60,12 +61,16 @@ impl Plan {
                 None => tables.push(file),
             }
         }
+        if let Some(fault) = missing_time(&tables, asked) {
+            return Err(fault);
+        }
         let numbers = numbers(&tables);
         for (file, number) in tables.iter().zip(numbers) {
             let own = one(&file.content, asked).map_err(|fault| Fault::new(format!("`{}`: {fault}", file.name)))?;
             skipped.extend(asked.skip.iter().filter(|name| is_named(&own.layout, name)));
             notes.insert(file.name.clone(), own.notes);
-            plan.shot.push(ShotPlan { file: file.name.clone(), number, zero: None, conditions: own.conditions });
+            let conditions = own.conditions;
+            plan.shot.push(ShotPlan { file: file.name.clone(), number, conditions, ..ShotPlan::default() });
             match plan.layout.iter().position(|layout| Layout { files: Vec::new(), ..layout.clone() } == own.layout) {
                 Some(k) => {
                     plan.layout[k].files.push(file.name.clone());
@@ -94,6 +99,28 @@ fn is_named(layout: &Layout, name: &str) -> bool {
     layout.times.contains_key(name) || layout.columns.iter().any(|(heading, own)| heading == name || own.name == name)
 }
 
+/// The fault of a column of times that was asked for and is in no file.
+fn missing_time(files: &[&RawFile], asked: &Asked) -> Option<Fault> {
+    let mut headings: BTreeSet<String> = BTreeSet::new();
+    for file in files {
+        let own = match &file.content {
+            Content::Columns(columns) => columns.iter().map(|(name, _)| name.clone()).collect(),
+            Content::Text(bytes) => {
+                let Ok((text, _)) = text_of(bytes, None) else { continue };
+                find(&text).and_then(|own| Raw::of_text(&text, &own)).map_or_else(|_| Vec::new(), |raw| raw.headings)
+            }
+        };
+        headings.extend(own);
+    }
+    let is_there = |name: &String| headings.iter().any(|own| own == name || heading(own).0 == *name);
+    // Files that cannot be read are told as such.
+    let name = asked.time.iter().find(|name| !headings.is_empty() && !is_there(name))?;
+    let hint = did_you_mean(name, headings.iter().map(String::as_str));
+    let names: Vec<&str> = headings.iter().map(String::as_str).collect();
+    let hint = hint.unwrap_or_else(|| format!("there are: {}", names.join(", ")));
+    Some(Fault::new(format!("no file has a column `{name}` that could hold its times; {hint}")))
+}
+
 /// The column of the trigger: the one that was asked for, or the only one that is clear or, of several, is called so.
 fn trigger(
     layout: &Layout,
@@ -101,6 +128,9 @@ fn trigger(
     asked: &Asked,
     notes: &mut BTreeMap<String, Vec<String>>,
 ) -> Result<Option<String>, Fault> {
+    if asked.no_trigger {
+        return Ok(None);
+    }
     let used = || layout.columns.iter().filter(|(_, own)| !own.skip);
     if let Some(wanted) = &asked.trigger {
         let found = used().find(|(heading, own)| *heading == wanted || own.name == *wanted);
@@ -164,6 +194,7 @@ fn one(content: &Content, asked: &Asked) -> Result<Assumed, Fault> {
             (layout, Raw::of_text(&text, &own)?)
         }
     };
+    layout.drop_repeated = asked.drop_repeated;
     let mut notes = Vec::new();
     if layout.header_line == 0 && !layout.delimiter.is_empty() {
         notes.push("no header: columns are called by their number".to_string());
@@ -217,7 +248,8 @@ fn times(
         let Some((name, rate)) = named else {
             let names = raw.headings.join(", ");
             return Err(Fault::new(format!(
-                "line {}: no column of times was found among {names}; --rate HZ says how many samples there are per second",
+                "line {}: no column of times was found among {names}; --time COLUMN names it, or --rate HZ \
+                 says how many samples there are per second",
                 layout.header_line.max(1)
             )));
         };

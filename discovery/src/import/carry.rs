@@ -285,7 +285,12 @@ fn say(
         if found { format!("the edge of `{trigger}` at {zero} s is time 0") } else { format!("{zero} s is time 0") }
     });
     let zero = zero.map_or_else(String::new, |zero| format!("; {zero}"));
-    let span = format!("{rows} rows from {first} to {last} s{zero}");
+    let repeated = match own.repeated {
+        0 => String::new(),
+        1 => "; 1 row is left out, for its time is that of the row before".to_string(),
+        many => format!("; {many} rows are left out, for their times are those of the rows before"),
+    };
+    let span = format!("{rows} rows from {first} to {last} s{zero}{repeated}");
     match same {
         Some(other) => {
             let _ = writeln!(words, "like {other}; {span}");

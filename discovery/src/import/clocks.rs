@@ -128,6 +128,11 @@ pub(super) fn clocks(
 ) -> Vec<usize> {
     let own = Columns { raw, parts, is_skipped };
     let all = || (0..parts.len()).filter(|&k| !(own.is_skipped)(k));
+    let is_asked = |k: &usize| asked.time.iter().any(|name| *name == raw.headings[*k] || *name == parts[*k].0);
+    let wanted: Vec<usize> = all().filter(is_asked).collect();
+    if !wanted.is_empty() {
+        return wanted;
+    }
     let likely: Vec<usize> = all().filter(|&k| own.kind(k).is_none() && own.is_clock(k)).collect();
     let mut found = Vec::new();
     for &k in &likely {

@@ -36,8 +36,14 @@ pub struct RawFile {
 pub struct Asked {
     /// Samples per second.
     pub rate: Option<f64>,
+    /// Columns of times; those that look like it where there are none.
+    pub time: Vec<String>,
     /// Column of the trigger.
     pub trigger: Option<String>,
+    /// No column is taken for a trigger.
+    pub no_trigger: bool,
+    /// Rows whose time is that of the row before are left out.
+    pub drop_repeated: bool,
     /// Columns that are left out.
     pub skip: Vec<String>,
 }

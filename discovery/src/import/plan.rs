@@ -80,6 +80,8 @@ pub struct Layout {
     pub rate: Option<f64>,
     /// Column whose first edge becomes time 0.
     pub trigger: Option<String>,
+    /// Rows whose time is that of the row before are left out.
+    pub drop_repeated: bool,
     /// Columns by their heading.
     pub columns: BTreeMap<String, ColumnPlan>,
 }
@@ -128,6 +130,10 @@ pub struct ShotPlan {
     pub number: usize,
     /// Time of the file that becomes 0 (s), where no column of the trigger says it.
     pub zero: Option<f64>,
+    /// Time of the file (s) at which the shot begins; earlier rows are left out.
+    pub begin: Option<f64>,
+    /// Time of the file (s) at which it ends; later rows are left out.
+    pub end: Option<f64>,
     /// What was recorded beside the channels.
     #[serde(default)]
     pub conditions: BTreeMap<String, f64>,
@@ -222,6 +228,18 @@ impl Plan {
                 let sentence = format!("`{}` has both `zero` and a column of the trigger", shot.file);
                 return Err(at(&["shot", &k, "zero"], sentence));
             }
+            let times = [("zero", shot.zero), ("begin", shot.begin), ("end", shot.end)];
+            if let Some((name, Some(value))) =
+                times.into_iter().find(|(_, value)| value.is_some_and(|value| !is_plausible(value)))
+            {
+                return Err(at(&["shot", &k, name], format!("`{name}` is {}, which is not a time", shown(value))));
+            }
+            if let (Some(begin), Some(end)) = (shot.begin, shot.end)
+                && begin >= end
+            {
+                let sentence = format!("the shot ends at {} s, and begins at {} s", shown(end), shown(begin));
+                return Err(at(&["shot", &k, "end"], sentence));
+            }
             if let Some((name, value)) = shot.conditions.iter().find(|(_, value)| !is_plausible(**value)) {
                 let sentence = format!("the condition `{name}` is {}", shown(*value));
                 return Err(at(&["shot", &k, "conditions", name], sentence));
@@ -255,12 +273,17 @@ impl Plan {
         }
         text.push_str(
             "\n# One for each file: its number, what was recorded beside the channels, and `zero = ...`, the time (s) that becomes 0 where\n\
-             # no column of the trigger says it.\n",
+             # no column of the trigger says it. `begin = ...` and `end = ...` (s, times of the file) cut a part out; a file may have several parts.\n",
         );
         for shot in &self.shot {
             let _ = write!(text, "\n[[shot]]\nfile = {}\nnumber = {}\n", quoted(&shot.file), shot.number);
             if let Some(zero) = shot.zero {
                 let _ = writeln!(text, "zero = {zero:?}");
+            }
+            for (name, value) in [("begin", shot.begin), ("end", shot.end)] {
+                if let Some(value) = value {
+                    let _ = writeln!(text, "{name} = {value:?}");
+                }
             }
             let conditions: Vec<String> =
                 shot.conditions.iter().map(|(name, value)| format!("{} = {value:?}", key(name))).collect();
@@ -308,6 +331,9 @@ impl Layout {
                 let _ = writeln!(text, "trigger = {}    # its first edge becomes time 0", quoted(trigger));
             }
             None => text.push_str("# trigger = \"...\"    # a column whose first edge becomes time 0\n"),
+        }
+        if self.drop_repeated {
+            text.push_str("drop_repeated = true    # rows whose time is that of the row before are left out\n");
         }
         text.push_str("[layout.columns]    # written = scale * value of the file + offset\n");
         for (name, column) in &self.columns {

@@ -1,6 +1,7 @@
 //! The table of one shot from the columns of its file: units, times of all columns, the trigger at time 0.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use hyd_compiler::did_you_mean;
 use hyd_results::format_number;
@@ -14,6 +15,8 @@ use crate::record::edge;
 const DIGITS: usize = 12;
 /// Times this near to each other, as a part of the shorter period, are one.
 const SAME: f64 = 1e-3;
+/// Share of repeated times above which the clock is too coarse for the rows.
+const TOO_COARSE: f64 = 0.1;
 /// Fewest rows of a table of a shot.
 const FEWEST: usize = 20;
 
@@ -39,6 +42,8 @@ pub(super) struct Table {
     pub columns: Vec<Column>,
     /// Time of the file (s) that became 0, and whether an edge says so.
     pub zero: Option<(f64, bool)>,
+    /// Number of rows left out because their time is that of the row before.
+    pub repeated: usize,
     /// Headings that were left out.
     pub skipped: Vec<String>,
 }
@@ -72,13 +77,14 @@ pub(super) fn table(raw: &Raw, layout: &Layout, shot: &ShotPlan) -> Result<Table
     let clock = |heading: Option<&String>| -> Result<Clock, Fault> {
         match (heading.or(layout.time.as_ref()), layout.rate) {
             (Some(heading), None) => {
-                Clock::read(raw, position(heading)?, layout.times.get(heading).copied().unwrap_or(1.0))
+                let scale = layout.times.get(heading).copied().unwrap_or(1.0);
+                Clock::read(raw, position(heading)?, scale, layout.drop_repeated)
             }
             (_, rate) => {
                 let rate = rate.unwrap_or(1.0);
                 let count = raw.columns.first().map_or(0, Vec::len);
                 let times = (0..count).map(|k| rounded(k as f64 / rate)).collect();
-                Ok(Clock { column: None, times, rows: (0..count).collect() })
+                Ok(Clock { column: None, times, rows: (0..count).collect(), repeated: 0 })
             }
         }
     };
@@ -128,17 +134,39 @@ pub(super) fn table(raw: &Raw, layout: &Layout, shot: &ShotPlan) -> Result<Table
             return Err(Fault::new(format!("there is no column `{trigger}` for the trigger")));
         };
         let times = &own.map_or(&main, |k| &others[k].1).times;
-        let edge = edge(times, &column.values);
-        let edge = edge.ok_or_else(|| Fault::new(format!("the trigger `{trigger}` never leaves its first level")))?;
+        let part = part(times, shot);
+        let edge = edge(&times[part.clone()], &column.values[part]);
+        let within = if shot.begin.or(shot.end).is_some() { " between `begin` and `end`" } else { "" };
+        let edge =
+            edge.ok_or_else(|| Fault::new(format!("the trigger `{trigger}` never leaves its first level{within}")))?;
         zero = Some((rounded(edge.time), true));
     }
-    let (times, columns) = joined(&main, &others, columns);
+    let (mut times, mut columns) = joined(&main, &others, columns);
+    let part = part(&times, shot);
+    if part.is_empty() {
+        let (first, last) = (times[0], times[times.len() - 1]);
+        return Err(Fault::new(format!("no row lies between `begin` and `end`; its times are {first} to {last} s")));
+    }
+    if part.len() < times.len() {
+        times = times[part.clone()].to_vec();
+        for column in &mut columns {
+            column.values = column.values[part.clone()].to_vec();
+        }
+    }
     if times.len() < FEWEST {
         return Err(Fault::new(format!("{} rows are too few: a shot has at least {FEWEST}", times.len())));
     }
     let shift = zero.map_or(0.0, |zero| zero.0);
     let times = times.into_iter().map(|t| rounded(t - shift)).collect();
-    Ok(Table { times, columns, zero, skipped })
+    let repeated = main.repeated + others.iter().map(|(_, clock)| clock.repeated).sum::<usize>();
+    Ok(Table { times, columns, zero, repeated, skipped })
+}
+
+/// The rows between the beginning and the end of a shot.
+fn part(times: &[f64], shot: &ShotPlan) -> Range<usize> {
+    let first = shot.begin.map_or(0, |begin| times.partition_point(|t| *t < begin));
+    let end = shot.end.map_or(times.len(), |end| times.partition_point(|t| *t <= end));
+    first.min(end)..end
 }
 
 /// Times and the rows that have one.
@@ -147,6 +175,8 @@ struct Clock {
     column: Option<usize>,
     times: Vec<f64>,
     rows: Vec<usize>,
+    /// Number of rows left out because their time is that of the row before.
+    repeated: usize,
 }
 
 impl Clock {
@@ -166,12 +196,13 @@ impl Clock {
     }
 
     /// Reads a column of times; rows without a time belong to other columns.
-    fn read(raw: &Raw, column: usize, scale: f64) -> Result<Self, Fault> {
+    fn read(raw: &Raw, column: usize, scale: f64, drop_repeated: bool) -> Result<Self, Fault> {
         let heading = &raw.headings[column];
         if let Some((line, text)) = &raw.texts[column] {
             return Err(Fault::new(format!("line {line}, column `{heading}`: `{text}` is not a time")));
         }
         let (mut times, mut rows): (Vec<f64>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut repeated = 0;
         for (row, &value) in raw.columns[column].iter().enumerate() {
             if value.is_nan() {
                 continue;
@@ -180,9 +211,14 @@ impl Clock {
             if let Some(&last) = times.last()
                 && t <= last
             {
+                if t == last && drop_repeated {
+                    repeated += 1;
+                    continue;
+                }
                 let what = if t == last { "stands twice" } else { "goes back" };
+                let remedy = if t == last { remedy(&raw.columns[column]) } else { String::new() };
                 return Err(Fault::new(format!(
-                    "{}, column `{heading}`: the time {what}: {t} s after {last} s; times must ascend",
+                    "{}, column `{heading}`: the time {what}: {t} s after {last} s; times must ascend{remedy}",
                     raw.place(row)
                 )));
             }
@@ -192,8 +228,22 @@ impl Clock {
         if times.is_empty() {
             return Err(Fault::new(format!("column `{heading}` holds no times")));
         }
-        Ok(Self { column: Some(column), times, rows })
+        Ok(Self { column: Some(column), times, rows, repeated })
     }
+}
+
+/// What can be done about times that stand twice.
+fn remedy(times: &[f64]) -> String {
+    let filled: Vec<f64> = times.iter().copied().filter(|t| t.is_finite()).collect();
+    let twice = filled.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    if twice as f64 > TOO_COARSE * filled.len() as f64 {
+        return format!(
+            " ({twice} of {} rows have the time of the row before, so the clock is too coarse for them; --rate HZ, or `rate` in the \
+             import file, says how many samples there are per second)",
+            filled.len()
+        );
+    }
+    " (--drop-repeated, or `drop_repeated = true` in the import file, leaves out rows whose time is that of the row before)".to_string()
 }
 
 /// The times of all clocks, and the columns over them with gaps where a column has no value.

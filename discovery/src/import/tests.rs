@@ -133,6 +133,72 @@ fn rates_stand_in_for_times() {
 }
 
 #[test]
+fn a_column_of_times_can_be_named() {
+    let plain = text("ticks;p [bar];y [mm]\n", |[t, p, y, _]| format!("{:.1};{p};{y}", 1.0 + (t * 1e4).powi(2)));
+    let said = run(plain.clone().into_bytes(), &Asked::default()).err().expect("no times").sentence;
+    assert!(said.contains("--time COLUMN names it, or --rate HZ"), "{said}");
+    let asked = Asked { time: vec!["ticks".into()], ..Asked::default() };
+    let (plan, outcome) = run(plain.clone().into_bytes(), &asked).expect("it is imported");
+    assert_eq!(plan.layout[0].time.as_deref(), Some("ticks"));
+    assert!(near(&columns(&outcome.tables[0].1)["time_s"], |row| 1.0 + (row[0] * 1e4).round().powi(2)));
+    let asked = Asked { time: vec!["tick".into()], ..Asked::default() };
+    let said = run(plain.into_bytes(), &asked).err().expect("no such column").sentence;
+    assert_eq!(said, "no file has a column `tick` that could hold its times; did you mean `ticks`?");
+}
+
+#[test]
+fn repeated_times_are_left_out_where_that_is_asked_for() {
+    let twice = german().replacen("2,3;", "2,2;", 1);
+    assert_ne!(twice, german());
+    let said = run(twice.clone().into_bytes(), &Asked::default()).err().expect("a time twice").sentence;
+    assert!(said.contains("stands twice: 0.0022 s after 0.0022 s; times must ascend (--drop-repeated"), "{said}");
+    let asked = Asked { drop_repeated: true, ..Asked::default() };
+    let (plan, outcome) = run(twice.clone().into_bytes(), &asked).expect("it is imported");
+    assert!(outcome.words.contains("; 1 row is left out, for its time is that of the row before"), "{}", outcome.words);
+    assert_eq!(columns(&outcome.tables[0].1)["Druck"].len(), ROWS - 1);
+    let again = Plan::parse(&plan.text()).expect("the text of a plan");
+    assert_eq!(again, plan);
+    // A clock of ten steps for four hundred rows is too coarse.
+    let coarse = text("t [s];p\n", |[t, p, _, _]| format!("{:.3};{p}", (t * 250.0).floor() / 250.0));
+    let said = run(coarse.into_bytes(), &Asked::default()).err().expect("times twice").sentence;
+    assert!(said.contains("(390 of 400 rows have the time of the row before, so the clock is too coarse"), "{said}");
+}
+
+#[test]
+fn a_file_is_cut_into_parts() {
+    let asked = Asked { no_trigger: true, ..Asked::default() };
+    let (plan, _) = run(german().into_bytes(), &asked).expect("it is imported");
+    assert_eq!(plan.layout[0].trigger, None);
+    let shot = "file = \"shot_07.csv\"\nnumber = ";
+    let cut = plan.text().replace(
+        &format!("[[shot]]\n{shot}7\n"),
+        &format!("[[shot]]\n{shot}7\nend = 0.00995\n\n[[shot]]\n{shot}8\nbegin = 0.01\nend = 0.0149\nzero = 0.01\n"),
+    );
+    let plan = Plan::parse(&cut).expect("an edited plan");
+    assert_eq!(Plan::parse(&plan.text()).expect("its text"), plan);
+    let read = |plan: &Plan| plan.carry_out(&BTreeMap::new(), &mut |_| Ok(Content::Text(german().into_bytes())));
+    let outcome = read(&plan).expect("it is imported");
+    let times: Vec<Vec<f64>> = outcome.tables.iter().map(|(_, csv)| columns(csv)["time_s"].clone()).collect();
+    assert_eq!((times[0].len(), times[0][0], times[0][99]), (100, 0.0, 0.0099));
+    assert_eq!((times[1].len(), times[1][0], times[1][49]), (50, 0.0, 0.0049));
+    assert_eq!(columns(&outcome.tables[1].1)["Druck"][0], record(100)[1] * 1e5);
+    for (from, to, expected) in [
+        ("begin = 0.01", "begin = 0.02", "the shot ends at 0.0149 s, and begins at 0.02 s"),
+        ("end = 0.0149", "end = 0.0101", "2 rows are too few"),
+        (
+            "begin = 0.01\nend = 0.0149",
+            "begin = 1.0",
+            "no row lies between `begin` and `end`; its times are 0 to 0.0399 s",
+        ),
+        ("begin = 0.01", "begin = nan", "`begin` is NaN, which is not a time"),
+    ] {
+        let edited = plan.text().replace(from, to);
+        let said = Plan::parse(&edited).and_then(|plan| read(&plan)).err().expect("a fault").sentence;
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
 fn several_times_become_one_with_gaps() {
     let slow = text("t1 [s];p [bar];t2 [ms];T [K]\n", |[t, p, _, _]| {
         let row = (t / PERIOD).round() as usize;
