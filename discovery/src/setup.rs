@@ -246,7 +246,13 @@ impl Setup {
                  `time_tolerance` in `[shots]` says otherwise"
             )
         });
-        windows::told(&self.bench.shots).into_iter().chain(lowered).collect()
+        let is_window = self.bench.shots.iter().any(|shot| shot.is_window);
+        let own_starts = (is_window && self.study.shots.windows.is_none()).then(|| {
+            "each window begins in states of its own, which take up what changes slowly over several of them: `windows` in `[shots]` says how many \
+             there are, and 1 leaves the record whole"
+                .to_string()
+        });
+        windows::told(&self.bench.shots).into_iter().chain(own_starts).chain(lowered).collect()
     }
 
     /// Sentences on states that begin with the first value of a channel that shows something else than the state.
@@ -292,9 +298,10 @@ impl Setup {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
+        let begin = if names.len() == 1 { "begins" } else { "begin" };
         (!names.is_empty()).then(|| {
             format!(
-                "the record is cut into windows, and {}{more} begin each of them as the model says: `[initial]` says where they are then (or `windows = 1` in \
+                "the record is cut into windows, and {}{more} {begin} each of them as the model says: `[initial]` says where they are then (or `windows = 1` in \
                  `[shots]` leaves the record whole)",
                 shown.join(", ")
             )

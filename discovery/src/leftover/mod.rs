@@ -44,6 +44,10 @@ const LARGEST: f64 = 0.06;
 /// have any otherwise.
 const EXPECTED: f64 = 0.03;
 
+/// Largest drift of a measuring chain: part of the range of its channel (sensors of industry drift by one to two per cent of their span), or so many
+/// standard deviations of its noise where the channel shows little else.
+const LARGEST_DRIFT: (f64, f64) = (0.05, 20.0);
+
 /// What was found in the residuals of a fit.
 pub(crate) struct Leftover {
     /// All disturbances, with those that were known before.
@@ -163,6 +167,12 @@ fn are_in_step(amplitudes: &[f64]) -> bool {
         }
     }
     square(along) + square(across) > IN_STEP * count
+}
+
+/// True if a drift of these amplitudes (offset and half of the change of every record) is one of no measuring chain, for a channel of this range and noise.
+fn is_beyond_drift(amplitudes: &[f64], range: f64, noise: f64) -> bool {
+    let size = (amplitudes.iter().map(|own| square(*own)).sum::<f64>() / amplitudes.len().max(1) as f64).sqrt();
+    size > LARGEST_DRIFT.0 * range && size > LARGEST_DRIFT.1 * noise
 }
 
 /// The blocks of the residuals.
@@ -324,7 +334,7 @@ impl State<'_> {
                 return None;
             }
         }
-        if self.is_systematic(disturbance, &found.amplitudes) {
+        if self.is_systematic(disturbance, &found.amplitudes) || self.is_too_large(disturbance, &found.amplitudes) {
             return None;
         }
         let is_timing = match disturbance {
@@ -363,6 +373,18 @@ impl State<'_> {
         }
     }
 
+    /// True for a drift that no measuring chain has: far beyond the noise and a part of the range that a sensor does not lose.
+    fn is_too_large(&self, disturbance: &Disturbance, amplitudes: &[f64]) -> bool {
+        let Disturbance::Added(channel, Added::Drift) = disturbance else { return false };
+        let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+        for trace in self.problem.data.shots.iter().filter_map(|shot| shot.traces[*channel].as_ref()) {
+            for value in trace.values.iter().filter(|value| value.is_finite()) {
+                range = (range.0.min(*value), range.1.max(*value));
+            }
+        }
+        is_beyond_drift(amplitudes, range.1 - range.0, self.problem.data.channels[*channel].noise.sigma)
+    }
+
     /// Drop of the misfit of a block, in what counts as noise afterwards.
     fn fall(&self, block: &Block, left: &DVector<f64>, after: &[Level]) -> f64 {
         let rows = |values: &DVector<f64>| values.rows(block.first, block.rows).norm_squared();
@@ -372,7 +394,16 @@ impl State<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::are_in_step;
+    use super::{are_in_step, is_beyond_drift};
+
+    #[test]
+    fn a_sensor_does_not_drift_by_a_fifth_of_its_range() {
+        // A speed of 200 rad/s with noise of 0.3 rad/s.
+        assert!(is_beyond_drift(&[40.0, -20.0, 30.0, 10.0], 200.0, 0.3));
+        assert!(!is_beyond_drift(&[4.0, -2.0, 3.0, 1.0], 200.0, 0.3));
+        // A channel that shows little but its noise.
+        assert!(!is_beyond_drift(&[1.0, 2.0], 5.0, 0.3));
+    }
 
     #[test]
     fn waves_in_step_with_the_trigger_are_not_hum() {

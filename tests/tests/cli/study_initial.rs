@@ -87,6 +87,8 @@ fn one_record_is_cut_into_windows_with_states_of_their_own() {
     assert!(said.contains("`s.csv` is cut into 8 windows, the shots 1 to 8, of about 1.99 s"), "{said}");
     assert!(found[0] < 1e-3 && found[1] < 0.03, "{found:?}");
     assert!(gap.iter().all(|gap| (gap - 1.0).abs() < 0.06), "{gap:?}");
+    assert!(said.contains("which take up what changes slowly over several of them"), "{said}");
+    assert!(!said.contains("each of them as the model says") && !said.contains("the formula has to undo it"), "{said}");
     // The clock counts from elsewhere: the states are those of the first sample, and not of 0.
     let late = |line: &str| match line.split_once(',') {
         Some((t, x)) => t.parse::<f64>().map_or(format!("{line}\n"), |t| format!("{},{x}\n", t + 3.0)),
@@ -103,6 +105,18 @@ fn one_record_is_cut_into_windows_with_states_of_their_own() {
     let (found, gap, said) = errors(&folder);
     assert!(said.contains("is cut into 3 windows"), "{said}");
     assert!(found[0] < 1e-3 && found[1] < 0.03 && gap.iter().all(|gap| (gap - 1.0).abs() < 0.06), "{found:?} {gap:?}");
+}
+
+#[test]
+fn states_that_nobody_sets_and_starts_of_other_quantities_are_said() {
+    let folder = folder();
+    folder.write("st.toml", STUDY.replace("v = { value = \"slope_x_mm\", absolute = 1 }\n", ""));
+    let said = fit(&folder).stderr;
+    assert!(said.contains("the record is cut into windows, and `v` begins each of them as the model says"), "{said}");
+    folder.write("st.toml", STUDY.replace("variable = \"x\"", "variable = \"x + 0.1\""));
+    let said = fit(&folder).stderr;
+    let expected = "line 7 of the study: the state `x` begins at `first_x_mm`, but that channel shows `x + 0.1`: if the two differ";
+    assert!(said.contains(expected), "{said}");
 }
 
 /// The speed is read 40 times a second by a clock of its own, beside the position; or there is no column of times at all.
