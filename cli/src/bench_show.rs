@@ -40,6 +40,8 @@ pub(crate) fn show(arguments: &Show) -> Result<(), Failure> {
                 .map_err(|fault| Failure::Fault(format!("`{}`: {fault}", arguments.set.display())))?
         }
     };
+    // What the recorder wrote is looked at, not what a fit would make of it.
+    let study = study.of_every_row();
     let bench = Bench::parse(&arguments.set, &set, &study, &mut read).map_err(failure)?;
     if arguments.study.is_some() {
         for sentence in &bench.warnings {

@@ -13,6 +13,7 @@ use hyd_system::Series;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::averaged::average;
 use crate::set_check::{Once, check_keys, check_numbers, line_of, same_number, unused};
 use crate::shot_table::{FEWEST, ShotTable, read_table};
 use crate::{Fault, Study, windows};
@@ -43,6 +44,8 @@ pub struct Bench {
     pub pre_trigger: Option<f64>,
     /// The shots in their order.
     pub shots: Vec<Shot>,
+    /// Rows of the tables that were averaged to one, if that was done.
+    pub averaged: usize,
     /// What the user should know of it.
     pub warnings: Vec<String>,
 }
@@ -108,6 +111,7 @@ impl Bench {
             tolerance: self.tolerance.clone(),
             pre_trigger: self.pre_trigger,
             shots: Vec::new(),
+            averaged: self.averaged,
             warnings: Vec::new(),
         }
     }
@@ -178,10 +182,22 @@ impl Bench {
             let ShotTable { times, values, inputs, header, warnings: own } = table;
             warnings.extend(own);
             columns.extend(header);
-            let shot = Shot { number, file: file.to_string(), conditions, times, values, inputs, is_window: false };
+            bench.shots.push(Shot {
+                number,
+                file: file.to_string(),
+                conditions,
+                times,
+                values,
+                inputs,
+                is_window: false,
+            });
+        }
+        average(&mut bench, study);
+        let tables = std::mem::take(&mut bench.shots);
+        for shot in tables {
             let count = windows::count(study, stated.experiments.len(), shot.times.len());
             if shot.times.len() / count < FEWEST {
-                let rows = shot.times.len();
+                let (rows, file) = (shot.times.len(), &shot.file);
                 return Err(Fault::new(format!(
                     "{}`{file}` has {rows} rows, too few for {count} windows of at least {FEWEST}",
                     study.place(&["shots", "windows"])

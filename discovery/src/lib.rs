@@ -7,6 +7,7 @@
 // Tests compare with the functions of the machine.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+mod averaged;
 mod bench;
 mod bench_limits;
 mod calibration;

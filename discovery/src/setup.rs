@@ -109,6 +109,9 @@ impl Setup {
             }
             None => central(&study, &bench, &[]),
         };
+        let mut study = study;
+        // It counts in periods of the recorder.
+        study.shots.time_tolerance /= bench.averaged.max(1) as f64;
         Self::with_held_out(study, bench, threads, held_out)
     }
 
@@ -238,7 +241,7 @@ impl Setup {
 
     /// What was decided for the user: which part of which table is which shot, and a tolerance of time that nobody has stated.
     pub fn notes(&self) -> Vec<String> {
-        let tolerance = self.study.shots.time_tolerance;
+        let tolerance = self.study.shots.time_tolerance * self.bench.averaged.max(1) as f64;
         let is_lowered = self.study.states_no_time_tolerance() && tolerance < Shots::default().time_tolerance;
         let lowered = is_lowered.then(|| {
             format!(
@@ -246,13 +249,20 @@ impl Setup {
                  `time_tolerance` in `[shots]` says otherwise"
             )
         });
+        let averaged = (self.bench.averaged > 1).then(|| {
+            format!(
+                "each {} rows of the tables are averaged to one: between them nothing changes by more than noise hides (`average = 1` in `[shots]` keeps every row)",
+                self.bench.averaged
+            )
+        });
+        let averaged = averaged.filter(|_| self.study.shots.average.is_none());
         let is_window = self.bench.shots.iter().any(|shot| shot.is_window);
         let own_starts = (is_window && self.study.shots.windows.is_none()).then(|| {
             "each window begins in states of its own, which take up what changes slowly over several of them: `windows` in `[shots]` says how many \
              there are, and 1 leaves the record whole"
                 .to_string()
         });
-        windows::told(&self.bench.shots).into_iter().chain(own_starts).chain(lowered).collect()
+        averaged.into_iter().chain(windows::told(&self.bench.shots)).chain(own_starts).chain(lowered).collect()
     }
 
     /// Sentences on states that begin with the first value of a channel that shows something else than the state.

@@ -201,6 +201,8 @@ pub struct Shots {
     pub phases_of: Option<String>,
     /// Windows that every table is cut into; a single record is cut by itself where `[initial]` says how states begin.
     pub windows: Option<usize>,
+    /// Rows of the tables that are averaged to one; by default as many as lose nothing that noise does not hide, in tables of thousands.
+    pub average: Option<usize>,
     /// Numbers of the shots held out; by default they are chosen by operating point.
     pub hold_out: Option<Vec<usize>>,
     /// Parts of the shots that are left out.
@@ -218,6 +220,7 @@ impl Default for Shots {
             time_tolerance: 0.1,
             phases_of: None,
             windows: None,
+            average: None,
             hold_out: None,
             masks: Vec::new(),
         }
@@ -299,6 +302,13 @@ impl Study {
     /// The line of a value, from 1, which is found by its keys; the first where it is not found.
     pub(crate) fn line(&self, keys: &[&str]) -> u32 {
         line(&self.text.0, keys).map_or(1, |line| u32::try_from(line).unwrap_or(u32::MAX))
+    }
+
+    /// The same for every row of the tables, none averaged with its neighbours.
+    #[must_use]
+    pub fn of_every_row(mut self) -> Self {
+        self.shots.average = Some(1);
+        self
     }
 
     /// True if the tolerance of time is that of nobody.

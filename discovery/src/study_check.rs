@@ -10,6 +10,8 @@ use crate::initial::Initial;
 use crate::magnitude::{is_plausible, shown};
 use crate::study::{Mask, Nuisance, Shots, Study};
 
+/// Most rows that are averaged to one.
+const MOST_AVERAGED: usize = 10_000;
 /// Most windows of a table.
 const MOST_WINDOWS: usize = 10_000;
 
@@ -312,6 +314,11 @@ impl Check<'_> {
             if shots.trigger_moves[..k].contains(name) {
                 return Err(self.wrong(&keys, format!("`trigger_moves` names `{name}` twice")));
             }
+        }
+        if let Some(count) = shots.average
+            && !(1..=MOST_AVERAGED).contains(&count)
+        {
+            return Err(self.wrong(&key("average"), format!("`average` is {count}, and must be 1 to {MOST_AVERAGED}")));
         }
         if let Some(count) = shots.windows {
             if !(1..=MOST_WINDOWS).contains(&count) {

@@ -19,6 +19,10 @@ const ALL: f64 = 0.02;
 /// The same in the variance of the noise.
 const BESIDE_NOISE: f64 = 0.2;
 
+/// Gap on shots held out (in noise) from which on what is named has to show something there, and the share of it that hardly differs from all
+/// (roots of a mean square of 25 and of 0.8, as for further effects in `search/withdraw.rs`).
+const LARGE: f64 = 5.0;
+const HARDLY: f64 = 0.894_427_190_999_915_9;
 /// Factor on the stated noise from which a sentence says so.
 const WORTH_IT: f64 = 1.05;
 
@@ -86,6 +90,12 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
     }
     if let Some(words) = spikes_in_words(scene, &found.spikes) {
         sentences.push(words);
+    }
+    if let Some(share) = unseen(scene.findings, gaps) {
+        sentences.push(format!(
+            "shots held out neither show nor refute what is named: {:.1} % of the gap there is left, by something else that differs between the shots",
+            100.0 * share
+        ));
     }
     let spike = |own: &Spike| {
         let shot = &data.shots[own.shot];
@@ -184,6 +194,18 @@ pub(super) fn remaining(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
     let amount = if share < 0.01 { "less than 1 %".to_string() } else { format!("{:.0} %", 100.0 * share) };
     let sentence = format!("remaining: {amount} of the excess over noise, which looks like {looks_like}");
     json!({"share": number(share), "looks_like": looks_like, "first_place": located, "sentence": sentence})
+}
+
+/// The share of a large gap on shots held out that is left with what was named, if that is nearly all of it.
+fn unseen(findings: &Findings, gaps: &AllGaps) -> Option<f64> {
+    let is_named = matches!(findings.status, Status::Named | Status::Sensor | Status::Law);
+    let (before, after) = (gaps.before.held_out.as_ref()?.all, gaps.after.as_ref()?.held_out.as_ref()?.all);
+    (is_named && shows_nothing(before, after)).then_some(after / before)
+}
+
+/// True if gaps on shots held out, without and with what was named, are large and hardly differ.
+fn shows_nothing(before: f64, after: f64) -> bool {
+    before > LARGE && after > HARDLY * before
 }
 
 /// Effects that shots held out refuted.

@@ -5,7 +5,6 @@ use super::context::Search;
 use super::pass::{Findings, Pass, Status, Tried};
 use super::plausible::{implausible, is_plausible, size_in_errors};
 use super::rule::{self, Outcome, Standing, Without, is_beaten_by};
-use super::withdraw::shows_nothing;
 use crate::catalogue::{Candidate, Kind};
 use crate::fault::Fault;
 use crate::fit::Fit;
@@ -258,14 +257,10 @@ impl Search<'_> {
         }
         // With the tolerance of time of the fits: what rises steeply may be met a little too late before and too early after.
         let (before, after) = (self.unseen(first)?, self.unseen(last)?);
-        let by = (after / before).sqrt();
         // An effect at the edge of what can be seen moves the sum of squares there by a few to either side.
-        if after > before + LEAD {
+        Ok((after > before + LEAD).then(|| {
+            let by = (after / before).sqrt();
             let words = format!("the best effect makes the gap on shots held out larger, {by:.3} times");
-            return Ok(Some(Doubt { words, is_refuted: true }));
-        }
-        Ok(shows_nothing((before, after), self.unseen_noise(first)?).then(|| {
-            let words = format!("on shots held out {:.1} % of the gap is left with the best effect", 100.0 * by);
             Doubt { words, is_refuted: true }
         }))
     }

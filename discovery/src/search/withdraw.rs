@@ -2,7 +2,7 @@
 //!
 //! What one effect leaves, because nature has it in another form, is imitated by small amounts of others: the cost of the fitted shots falls,
 //! and that of shots that were not fitted rises.  The first name is judged by them as a whole ([`super::decide`]), each further one
-//! beside those before it; both have to show something there where far more than noise is left.
+//! beside those before it.
 
 use super::context::Search;
 use super::pass::{Pass, Refuted};
@@ -28,7 +28,7 @@ impl Search<'_> {
             && is_next(before, last, found)
         {
             let (without, with) = (self.unseen(before)?, self.unseen(last)?);
-            let expected = self.unseen_noise(before)?;
+            let expected = before.base.problem(self.setup)?.expected(&Weighing::whole(&self.setup.held_out, 0.0));
             let Some(refuted) = found.pop_if(|_| is_refuted((without, with), expected)) else { break };
             (self.progress)(&format!("refuted by the shots held out: {}", refuted.label()));
             passes.pop();
@@ -51,21 +51,12 @@ impl Search<'_> {
         let setup = self.setup;
         unseen(&pass.base.problem(setup)?, &pass.fit.xi, &setup.held_out, setup.study.shots.time_tolerance)
     }
-
-    /// The sum of squares that noise leaves in the shots held out.
-    pub(super) fn unseen_noise(&self, pass: &Pass) -> Result<f64, Fault> {
-        Ok(pass.base.problem(self.setup)?.expected(&Weighing::whole(&self.setup.held_out, 0.0)))
-    }
 }
 
-/// True if shots held out speak against an effect: sums of squares without it and with it, and what noise leaves.
+/// True if shots held out speak against a further effect: sums of squares without it and with it, and what noise leaves.
 fn is_refuted((without, with): (f64, f64), expected: f64) -> bool {
-    with > without + LEAD || shows_nothing((without, with), expected)
-}
-
-/// True if shots held out leave far more than noise, and an effect nearly all of it.
-pub(super) fn shows_nothing((without, with): (f64, f64), expected: f64) -> bool {
-    without > FAR_BEYOND * expected && with > NEARLY_ALL * without
+    let is_far = without > FAR_BEYOND * expected;
+    with > without + LEAD || is_far && with > NEARLY_ALL * without
 }
 
 /// True if the model of the last pass is that of the one before with the last effect beside it.
