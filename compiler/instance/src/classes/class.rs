@@ -34,6 +34,8 @@ pub struct Class {
     pub original: Option<ClassId>,
     /// The class that the name on the right of a short definition means, where the text alone does not say it.
     pub(crate) base: Option<ClassId>,
+    /// For a short definition in an instance: classes that its modification names and that are others in this instance than by the text.
+    pub(crate) around: Vec<(Name, ClassId)>,
     /// Names from the top down to this class.
     pub path: Vec<Name>,
     children: FxHashMap<Name, Option<ClassId>>,
@@ -247,6 +249,7 @@ impl<'s> ClassTable<'s> {
             written_in: None,
             original: None,
             base: None,
+            around: Vec::new(),
             path,
             children: FxHashMap::default(),
             has_bases,

@@ -153,10 +153,20 @@ impl ClassTable<'_> {
             return None;
         }
         let def = with_constraint(new, original.constrained_by.as_ref());
-        let named = self.named_outside(shape.frames[frame as usize].class, &def);
+        let by = shape.frames[frame as usize].class;
+        let named = self.named_outside(by, &def);
         let class = self.add(def, Some(heir), false);
         self.class_mut(class).base = named;
-        if frame != 0 {
+        // A short definition is not a scope of its own (4.5.1): what its modification says is read in what is around.
+        let around = match &self.class(by).def.body {
+            ClassBody::Short { .. } => self.outwards(Level { members: by, text: by }),
+            _ => None,
+        };
+        if let Some(around) = around {
+            let added = self.class_mut(class);
+            added.parent = Some(around.members);
+            added.written_in = Some(around.text);
+        } else if frame != 0 {
             self.class_mut(class).written_in = Some(shape.frames[frame as usize].class);
         }
         Some(class)
@@ -167,6 +177,10 @@ impl ClassTable<'_> {
     fn named_outside(&mut self, class: ClassId, new: &ClassDef) -> Option<ClassId> {
         let ClassBody::Short { base, .. } = &new.body else { return None };
         let first = &base.parts[0].name;
+        let of_instance = self.class(class).around.iter().find(|(name, _)| name == first).map(|(_, class)| *class);
+        if let Some(found) = of_instance.filter(|_| !base.global) {
+            return base.parts[1..].iter().try_fold(found, |class, part| self.member_class(class, &part.name));
+        }
         let around = &self.class(class).def;
         // What packages name further inside is found from classes alone, which know nothing of redeclarations for an instance.
         if base.global || around.kind == ClassKind::Package || !matches!(around.body, ClassBody::Short { .. }) {

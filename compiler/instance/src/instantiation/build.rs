@@ -111,6 +111,7 @@ impl Scopes<'_> {
         for (k, element) in shape.elements.iter().enumerate() {
             if !element.component {
                 self.redeclare_in_time(inst, &shape, k);
+                self.rename_for_instance(inst, &shape, k);
             }
         }
         self.redeclaring.remove(&inst);
