@@ -8,13 +8,13 @@
 use std::ops::Range;
 
 use crate::catalogue::Candidate;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::thresholds::NEEDED;
 use crate::fit::Fit;
 use crate::fit::schedule;
-use crate::hypothesis::Hypothesis;
 use crate::problem::{Problem, Weighing};
 use crate::search::{Ends, Forgetful, Search};
 use crate::tasks::Tasks;
-use crate::thresholds::NEEDED;
 use crate::variant::Workshop;
 use crate::{Bench, Fault, Setup};
 use hyd_system::random::SplitMix;
@@ -127,7 +127,7 @@ fn like(setup: &Setup, problem: &Problem<'_>, fit: &Fit, draws: &mut SplitMix) -
 #[cfg(test)]
 mod tests {
     use super::Calibration;
-    use crate::thresholds::NEEDED;
+    use crate::evidence::thresholds::NEEDED;
 
     #[test]
     fn the_threshold_is_that_of_95_of_100_sets() {

@@ -7,13 +7,13 @@
 use hyd_system::math::square;
 
 use crate::bench::Shot;
+use crate::bench::noise::Noise;
 use crate::disturbance::{Disturbances, Level};
-use crate::formula::evaluate;
+use crate::machine::span::Span;
 use crate::magnitude::{is_plausible, shown};
-use crate::noise::Noise;
 use crate::record::end_of_range;
-use crate::span::Span;
 use crate::study::Mask;
+use crate::study::formula::evaluate;
 use crate::{Bench, Fault, Study};
 
 /// Samples to either side over which the slope is the largest.

@@ -8,23 +8,24 @@ use std::sync::Arc;
 
 use hyd_system::{DaeSystem, InputSite};
 
+use crate::bench::operating_points::{are_several, central};
+use crate::bench::recorded::{ShotInputs, early_starts, idle};
+use crate::bench::windows;
 use crate::catalogue::Candidate;
 use crate::data::Data;
 use crate::disturbance::{Added, Disturbances, Lag, ROOM};
-use crate::foreign::Foreign;
-use crate::formula::evaluate;
-use crate::initial::{Initial, StartOf};
-use crate::limits::limit;
+use crate::machine::foreign::Foreign;
 use crate::machine::{Machine, ParameterPlace};
 use crate::magnitude::{is_plausible, shown};
-use crate::operating_points::{are_several, central};
-use crate::prior::Prior;
 use crate::problem::Problem;
-use crate::recorded::{ShotInputs, early_starts, idle};
+use crate::study::formula::evaluate;
+use crate::study::initial::{Initial, StartOf};
 use crate::study::{Nuisance, Shots};
-use crate::translated::Translated;
+use crate::unknowns::limits::limit;
+use crate::unknowns::prior::Prior;
 use crate::unknowns::{EffectPart, Meaning, Unknown};
-use crate::{Bench, Fault, Study, Watch, windows};
+use crate::variant::translated::Translated;
+use crate::{Bench, Fault, Study, Watch};
 
 /// States without a beginning that are named.
 const MOST_STATES: usize = 4;

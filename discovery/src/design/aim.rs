@@ -2,12 +2,12 @@
 
 use super::evidence::{Change, Known, Share};
 use super::planned::carried;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::power::CLEAR;
+use crate::evidence::thresholds::NEEDED;
 use crate::fit::Fit;
-use crate::hypothesis::Hypothesis;
-use crate::power::CLEAR;
 use crate::problem::{Problem, Weighing};
 use crate::search::{Findings, Pass, Status, Tried};
-use crate::thresholds::NEEDED;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
 use nalgebra::DVector;

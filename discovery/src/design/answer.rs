@@ -10,9 +10,9 @@ use super::seen::Farthest;
 use super::space::{Point, Space};
 use super::{Chosen, Looked};
 use crate::Setup;
-use crate::power::{CLEAR, normal_share};
+use crate::evidence::power::{CLEAR, normal_share};
+use crate::evidence::thresholds::{LEAD, NEEDED};
 use crate::search::Findings;
-use crate::thresholds::{LEAD, NEEDED};
 
 /// Units whose numbers are written with prefixes: those that end the names of conditions and channels.
 const PREFIXED: [&str; 12] = ["Pa", "V", "A", "s", "m", "F", "N", "W", "J", "Hz", "K", "Ohm"];

@@ -21,8 +21,8 @@ use self::proved::{Proved, prove};
 use self::seen::{BATCH, Batch, Farthest, Seen};
 pub use self::space::Wish;
 use self::space::{Point, Space};
+use crate::evidence::thresholds::{LEAD, NEEDED};
 use crate::search::Findings;
-use crate::thresholds::{LEAD, NEEDED};
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
 

@@ -6,8 +6,8 @@
 use super::aim::{Aim, Question};
 use super::planned::carried;
 use super::space::{Point, Space};
+use crate::evidence::hypothesis::Hypothesis;
 use crate::fit::{Effort, minimise};
-use crate::hypothesis::Hypothesis;
 use crate::problem::Weighing;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use hyd_compiler::did_you_mean;
 use hyd_system::math;
 
-use crate::bench_limits::BenchLimits;
+use crate::study::bench_limits::BenchLimits;
 use crate::{Fault, Setup};
 
 /// Points of which at least one must be allowed before anything is run.
@@ -255,7 +255,8 @@ fn limits_are_known(setup: &Setup, template: usize) -> Result<(), Fault> {
 
 /// The conditions of formulas that differ among the shots, between the ends that were seen.
 fn seen(setup: &Setup) -> Result<Vec<Axis>, Fault> {
-    let mut names: Vec<String> = setup.study.conditions.values().flat_map(|own| crate::formula::names(own)).collect();
+    let mut names: Vec<String> =
+        setup.study.conditions.values().flat_map(|own| crate::study::formula::names(own)).collect();
     names.sort_unstable();
     names.dedup();
     let mut axes = Vec::new();

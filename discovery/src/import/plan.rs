@@ -10,7 +10,7 @@ use super::decode::ENCODINGS;
 use super::fields::Delimiter;
 use crate::Fault;
 use crate::magnitude::{is_plausible, shown};
-use crate::study_check::{line, unreadable};
+use crate::study::study_check::{line, unreadable};
 
 /// Longest text of an import file (bytes).
 const LONGEST: usize = 4 << 20;

@@ -6,7 +6,7 @@
 use hyd_system::math::{ln, square};
 
 use crate::Setup;
-use crate::formula::evaluate;
+use crate::study::formula::evaluate;
 
 /// Fisher's variable in its standard deviations above which a correlation is significant (two-sided, 1 %).
 const CERTAIN: f64 = 2.576;

@@ -1,7 +1,7 @@
 //! What linear columns explain of residuals, with the nuisances following them.
 //!
 //! Least squares over the amplitudes of the columns, with a prior where one is given, the nuisances projected out with theirs as in
-//! [`crate::projection`].
+//! [`crate::evidence::projection`].
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

@@ -15,9 +15,9 @@ mod timing;
 use nalgebra::{DMatrix, DVector};
 
 use crate::disturbance::{Added, AddedTo, Disturbances, Lag, Level, ROOM, Scatter};
+use crate::evidence::thresholds::adequate;
 use crate::fit::{Fit, Jacobian};
 use crate::problem::{Problem, Weighing};
-use crate::thresholds::adequate;
 use crate::unknowns::{LIMIT, Meaning};
 use crate::{Fault, Setup};
 use explain::{Columns, Explained, Ground};

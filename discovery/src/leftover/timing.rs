@@ -6,7 +6,7 @@
 
 use super::explain::{Columns, Explained};
 use super::{Block, State};
-use crate::thresholds::adequate;
+use crate::evidence::thresholds::adequate;
 
 /// Share of what is left over noise that a shift must explain.
 const EXPLAINED: f64 = 0.8;

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{Problem, Runs, Weighing};
 use crate::Fault;
 use crate::machine::Job;
-use crate::span::Span;
+use crate::machine::span::Span;
 use crate::threads::each;
 use crate::unknowns::Meaning;
 

@@ -13,9 +13,9 @@ use nalgebra::DVector;
 use crate::Fault;
 use crate::data::{ChannelInfo, Data};
 use crate::fit::Fit;
+use crate::machine::span::Span;
 use crate::machine::{Job, Machine, ParameterPlace};
 use crate::magnitude::RESOLVED;
-use crate::span::Span;
 use crate::threads::each;
 use crate::unknowns::{Meaning, Unknown};
 
@@ -300,7 +300,7 @@ impl Problem<'_> {
 #[cfg(test)]
 mod tests {
     use super::end_of;
-    use crate::span::Span;
+    use crate::machine::span::Span;
 
     #[test]
     fn a_share_of_a_record_does_not_depend_on_its_clock() {

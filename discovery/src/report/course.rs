@@ -4,15 +4,15 @@ use serde_json::{Value, json};
 
 use super::{Scene, number};
 use crate::Fault;
-use crate::dictionary::Term;
 use crate::disturbance::Disturbances;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::location::courses;
+use crate::evidence::missing::{Course, missing};
 use crate::fit::Fit;
-use crate::hypothesis::Hypothesis;
-use crate::law::Law;
-use crate::location::courses;
-use crate::missing::{Course, missing};
 use crate::problem::Weighing;
 use crate::search::Status;
+use crate::terms::dictionary::Term;
+use crate::terms::law::Law;
 use crate::variant::Insert;
 
 /// The course at the likeliest equation where something unknown is missing, or at that of a law; null where it cannot be told.

@@ -4,8 +4,8 @@ use serde_json::{Value, json};
 
 use super::trajectories::{ShotCurves, shot_curves};
 use super::{json as findings, number};
+use crate::evidence::proof::Gap;
 use crate::problem::Problem;
-use crate::proof::Gap;
 use crate::{Fault, Setup};
 
 /// What a fit has changed.

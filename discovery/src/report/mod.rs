@@ -1,7 +1,7 @@
 //! What is written down: the model as text, the findings as JSON, measured and simulated channels, a summary to read.
 //!
 //! Numbers of the extended model come from runs of the text that is written, translated anew.  Gaps are roots of the mean square of
-//! residuals in standard deviations of the noise (1.0 is noise); see [`crate::proof`].
+//! residuals in standard deviations of the noise (1.0 is noise); see [`crate::evidence::proof`].
 
 mod course;
 mod disturbed;
@@ -23,10 +23,10 @@ use hyd_compiler::{ForeignBlock, print_string};
 use serde_json::{Value, json};
 
 use crate::catalogue::Candidate;
-use crate::data_files::DataFiles;
-use crate::proof::Gap;
+use crate::evidence::proof::Gap;
 use crate::search::{Findings, Pass, Status};
 use crate::unknowns::EffectPart;
+use crate::variant::data_files::DataFiles;
 use crate::variant::{Insert, Workshop};
 use crate::{Fault, Setup};
 

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use hyd_system::ValueKind;
 
-use crate::initial::StartOf;
 use crate::problem::Problem;
+use crate::study::initial::StartOf;
 
 impl Problem<'_> {
     /// The text of a TOML file with everything that is set for a shot: conditions, what was fitted for all shots, and what was fitted for

@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use super::{AllGaps, Scene, number};
 use crate::Setup;
+use crate::evidence::proof::Gap;
 use crate::problem::{Problem, Weighing};
-use crate::proof::Gap;
 
 const OF_CHANNEL: [&str; 5] = ["before", "rising", "up", "falling", "after"];
 const OF_TIME: [&str; 3] = ["first third", "second third", "last third"];

@@ -8,7 +8,7 @@ use super::sizes::{Size, words};
 use super::{AllGaps, Scene, disturbed, json::proposed, nearest};
 use crate::Fault;
 use crate::catalogue::Candidate;
-use crate::proof::Gap;
+use crate::evidence::proof::Gap;
 use crate::search::Status;
 use crate::unknowns::LIMIT;
 
@@ -29,7 +29,7 @@ pub(super) fn sentence(scene: &Scene<'_>) -> String {
                 let of = if of.is_empty() { String::new() } else { format!(" of {of}") };
                 format!("{of} ({file}:{})", own.term.line)
             });
-            let equation = law.map(crate::law::Law::equation);
+            let equation = law.map(crate::terms::law::Law::equation);
             let own = scene.last.base.inserts.iter().filter(|own| law.is_none_or(|law| !law.candidate.is_same(own)));
             let others: Vec<String> = own.map(|c| format!(" and {} ({})", c.label(), c.effect.words)).collect();
             format!(

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{AllGaps, Gaps, Scene};
+use crate::evidence::proof::Gap;
 use crate::problem::Problem;
-use crate::proof::Gap;
 use crate::{Fault, Setup};
 
 /// One shot.

@@ -6,12 +6,12 @@
 use super::parameter_file::literal;
 use super::{Folder, Scene, inserts};
 use crate::catalogue::Candidate;
-use crate::data_files::{DataFiles, settled, watched};
-use crate::initial::StartOf;
 use crate::machine::Machine;
 use crate::problem::Problem;
-use crate::text_bundle::bundle;
+use crate::study::initial::StartOf;
 use crate::variant::Insert;
+use crate::variant::data_files::{DataFiles, settled, watched};
+use crate::variant::text_bundle::bundle;
 use crate::{Fault, Setup};
 
 /// Folder of the files of shots in that of a report.

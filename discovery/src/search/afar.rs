@@ -8,10 +8,10 @@
 use hyd_system::math::{exp, ln};
 
 use super::context::Search;
+use crate::evidence::hypothesis::Hypothesis;
 use crate::fault::Fault;
 use crate::fit::schedule::{GOOD, lower};
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::Hypothesis;
 use crate::problem::{Problem, Weighing};
 
 /// Sizes that are run, their range as multiples of the typical one, and how many of them are fitted.

@@ -3,13 +3,13 @@
 use super::ends::Ends;
 use super::memory::Memory;
 use crate::catalogue::Candidate;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::thresholds::NEEDED;
 use crate::fault::Fault;
 use crate::fit::{Effort, schedule};
-use crate::hypothesis::Hypothesis;
 use crate::problem::{Problem, Weighing};
 use crate::setup::Setup;
 use crate::tasks::{Answer, Task, Tasks};
-use crate::thresholds::NEEDED;
 use crate::variant::Workshop;
 
 /// A search.

@@ -6,12 +6,12 @@ use super::pass::{Findings, Pass, Status, Tried};
 use super::plausible::{implausible, is_plausible, size_in_errors};
 use super::rule::{self, Outcome, Standing, Without, is_beaten_by};
 use crate::catalogue::{Candidate, Kind};
+use crate::evidence::hypothesis::Look;
+use crate::evidence::proof::Gap;
+use crate::evidence::thresholds::{ADEQUATE, LEAD, PROMISING, adequate, noise};
 use crate::fault::Fault;
 use crate::fit::Fit;
 use crate::fit::schedule::Record;
-use crate::hypothesis::Look;
-use crate::proof::Gap;
-use crate::thresholds::{ADEQUATE, LEAD, PROMISING, adequate, noise};
 use crate::unknowns::{LIMIT, Unknown};
 
 /// How many times more a further effect takes where what is left is adequate, and the share of what was explained

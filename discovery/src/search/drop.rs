@@ -5,9 +5,9 @@
 
 use super::context::Search;
 use crate::catalogue::Candidate;
+use crate::evidence::hypothesis::Hypothesis;
 use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::Hypothesis;
 
 impl Search<'_> {
     /// The first one of the `doubted` effects that is not needed, and the fit without it; none where all are.

@@ -6,9 +6,9 @@
 
 use super::context::{Search, patience};
 use super::pass::Findings;
+use crate::evidence::hypothesis::Hypothesis;
 use crate::fault::Fault;
 use crate::fit::{Fit, minimise};
-use crate::hypothesis::Hypothesis;
 use crate::setup::Setup;
 
 /// Unknowns by name, by model.

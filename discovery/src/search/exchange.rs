@@ -10,11 +10,11 @@ use super::pass::Pass;
 use super::plausible::are_plausible;
 use super::rule::{Exchange, exchange};
 use crate::catalogue::Candidate;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::thresholds::LEAD;
 use crate::fault::Fault;
 use crate::fit::{Fit, minimise};
-use crate::hypothesis::Hypothesis;
 use crate::problem::Problem;
-use crate::thresholds::LEAD;
 
 /// How a verdict on a rival begins.
 const BESIDE: &str = "with the other effects in the model";

@@ -5,8 +5,8 @@
 
 use super::pass::{Alike, Pass, Tried};
 use crate::catalogue::Candidate;
+use crate::evidence::thresholds::noise;
 use crate::fit::Fit;
-use crate::thresholds::noise;
 
 /// Most ties that a search goes on from.
 const TIES: usize = 2;

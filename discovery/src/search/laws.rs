@@ -15,15 +15,15 @@ use super::context::{Search, patience};
 use super::pass::{Findings, Pass, Status, Tried, by_cost};
 use super::rule;
 use crate::catalogue::Site;
-use crate::dictionary::Term;
-use crate::door::Door;
+use crate::catalogue::door::Door;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::location::{Located, locate};
+use crate::evidence::projection::Projection;
+use crate::evidence::thresholds::{ERRORS, LEAD, adequate};
 use crate::fault::Fault;
 use crate::fit::{Fit, minimise};
-use crate::hypothesis::Hypothesis;
-use crate::law::{self, Law, LawTerm, Parts, Rival};
-use crate::location::{Located, locate};
-use crate::projection::Projection;
-use crate::thresholds::{ERRORS, LEAD, adequate};
+use crate::terms::dictionary::Term;
+use crate::terms::law::{self, Law, LawTerm, Parts, Rival};
 
 /// Most terms of a law.
 const MOST_TERMS: usize = 3;

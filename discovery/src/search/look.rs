@@ -3,12 +3,12 @@
 use super::context::Search;
 use super::pass::{Pass, Tried};
 use crate::catalogue::Candidate;
+use crate::evidence::hypothesis::{Hypothesis, Look};
+use crate::evidence::power::{Power, confusions};
+use crate::evidence::projection::Projection;
+use crate::evidence::thresholds::{NEEDED, adequate, noise};
 use crate::fault::Fault;
 use crate::fit::schedule;
-use crate::hypothesis::{Hypothesis, Look};
-use crate::power::{Power, confusions};
-use crate::projection::Projection;
-use crate::thresholds::{NEEDED, adequate, noise};
 
 impl Search<'_> {
     /// Looks at all candidates that can join, but those that were needless once, and at the equations.

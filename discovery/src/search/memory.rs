@@ -5,9 +5,9 @@
 
 use super::context::Search;
 use crate::disturbance::Disturbances;
+use crate::evidence::hypothesis::Hypothesis;
 use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::Hypothesis;
 
 /// Keeps fits.
 pub trait Memory {

@@ -34,12 +34,12 @@ mod terms;
 mod withdraw;
 
 use crate::catalogue::Candidate;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::thresholds::noise;
 use crate::fault::Fault;
 use crate::fit::schedule::{self, Record, lower};
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::Hypothesis;
 use crate::problem::Problem;
-use crate::thresholds::noise;
 pub use context::Search;
 pub(crate) use decide::is_beaten;
 pub use ends::Ends;

@@ -2,12 +2,12 @@
 
 use super::rule;
 use crate::catalogue::Candidate;
+use crate::evidence::hypothesis::{Hypothesis, Look};
+use crate::evidence::location::Located;
+use crate::evidence::power::{Confusion, Power};
 use crate::fit::Fit;
 use crate::fit::schedule::Record;
-use crate::hypothesis::{Hypothesis, Look};
-use crate::law::Law;
-use crate::location::Located;
-use crate::power::{Confusion, Power};
+use crate::terms::law::Law;
 
 /// A rival is fitted again when its cost is above that of the best by less than this, or this part of the best's drop.
 pub(super) const CLOSE: (f64, f64) = (60.0, 0.05);

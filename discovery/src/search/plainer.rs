@@ -5,10 +5,10 @@
 
 use super::context::Search;
 use crate::catalogue::Candidate;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::thresholds::LEAD;
 use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::Hypothesis;
-use crate::thresholds::LEAD;
 use crate::unknowns::{LIMIT, Meaning};
 
 impl Search<'_> {

@@ -9,12 +9,12 @@
 use super::context::{Search, patience};
 use super::pass::{Pass, by_cost, contested};
 use super::rule::is_taken;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::thresholds::{ERRORS, LEAD, NOTHING};
 use crate::fault::Fault;
 use crate::fit::{Fit, minimise, minimise_over};
-use crate::hypothesis::Hypothesis;
 use crate::problem::Problem;
 use crate::setup::Setup;
-use crate::thresholds::{ERRORS, LEAD, NOTHING};
 use crate::unknowns::{LIMIT, Meaning};
 
 /// Most candidates that are fitted again.

@@ -8,9 +8,9 @@
 use super::context::Search;
 use super::pass::Pass;
 use crate::catalogue::Kind;
+use crate::evidence::hypothesis::Look;
 use crate::fault::Fault;
 use crate::fit::{Effort, Fit, Jacobian, minimise};
-use crate::hypothesis::Look;
 
 /// Steps; nothing is computed anew.
 const STEPS: Effort = Effort { steps: 6, gain: 2.0, worthwhile: f64::NEG_INFINITY, ..Effort::FULL };

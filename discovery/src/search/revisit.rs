@@ -8,10 +8,10 @@ use super::context::{Search, patience};
 use super::pass::Pass;
 use super::plausible::is_plausible;
 use super::rule::Outcome;
+use crate::evidence::thresholds::LEAD;
 use crate::fault::Fault;
 use crate::fit::schedule::lower;
 use crate::fit::{Effort, minimise};
-use crate::thresholds::LEAD;
 
 /// Rivals that explained at least this share of what the named effect did are fitted again, so many of them.
 const RIVALS: (f64, usize) = (0.5, 3);

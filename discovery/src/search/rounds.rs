@@ -15,13 +15,13 @@ use super::pass::{Findings, Pass, Status};
 use super::rule;
 use crate::catalogue::Candidate;
 use crate::disturbance::Disturbances;
+use crate::evidence::hypothesis::{Hypothesis, Look};
+use crate::evidence::proof::Gap;
+use crate::evidence::thresholds::{LEAD, adequate, noise};
 use crate::fault::Fault;
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::{Hypothesis, Look};
 use crate::leftover::{Kinds, Leftover, leftover};
-use crate::proof::Gap;
 use crate::setup::Setup;
-use crate::thresholds::{LEAD, adequate, noise};
 use crate::unknowns::EffectPart;
 
 /// Most rounds.

@@ -2,7 +2,7 @@
 //!
 //! It knows nothing of models and measurements, so that every case of it can be stated.
 
-use crate::thresholds::{ERRORS, LEAD, NEEDED, NOTHING};
+use crate::evidence::thresholds::{ERRORS, LEAD, NEEDED, NOTHING};
 use hyd_system::math;
 
 /// Share of what noise does not explain that a name may leave where the rest is alike over several samples: what explains less imitates a
@@ -71,7 +71,7 @@ pub(super) fn is_nothing(errors: Option<f64>) -> bool {
 /// How the model without any of the candidates stands.
 #[derive(Clone, Copy)]
 pub(super) struct Without {
-    /// What it leaves counts as noise ([`crate::thresholds::ADEQUATE`]).
+    /// What it leaves counts as noise ([`crate::evidence::thresholds::ADEQUATE`]).
     pub is_adequate: bool,
     /// What it leaves is within the scatter of noise, or effects were named already.
     pub is_noise: bool,

@@ -9,13 +9,13 @@
 use super::context::{Search, patience};
 use super::pass::{Pass, Tried, by_cost};
 use super::rule;
+use crate::evidence::hypothesis::{Hypothesis, Look};
+use crate::evidence::thresholds::{NEEDED, PROMISING, adequate, noise};
 use crate::fault::Fault;
 use crate::fit::schedule::{self, lower};
 use crate::fit::{Effort, Fit, minimise};
-use crate::hypothesis::{Hypothesis, Look};
 use crate::problem::Problem;
 use crate::tasks::waves;
-use crate::thresholds::{NEEDED, PROMISING, adequate, noise};
 use hyd_system::random::SplitMix;
 
 /// Candidates fitted, at a misfit close to the expected one and far above it.

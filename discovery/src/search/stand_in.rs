@@ -6,10 +6,10 @@
 
 use super::context::Search;
 use super::found::{Found, Rival};
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::projection::Projection;
 use crate::fault::Fault;
 use crate::fit::Fit;
-use crate::hypothesis::Hypothesis;
-use crate::projection::Projection;
 
 /// Effects that are tried, and the least share of what the other one explains that they have to promise.
 const LIKELIEST: (usize, f64) = (2, 0.5);

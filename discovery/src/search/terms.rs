@@ -5,13 +5,13 @@
 use super::context::{Search, patience};
 use super::pass::{Pass, Tried, by_cost};
 use super::shortlist::Lowest;
-use crate::door::Door;
+use crate::catalogue::door::Door;
+use crate::evidence::hypothesis::{Hypothesis, Look};
+use crate::evidence::location::{Located, locate};
+use crate::evidence::projection::Projection;
+use crate::evidence::thresholds::{NEEDED, adequate};
 use crate::fault::Fault;
 use crate::fit::minimise;
-use crate::hypothesis::{Hypothesis, Look};
-use crate::location::{Located, locate};
-use crate::projection::Projection;
-use crate::thresholds::{NEEDED, adequate};
 
 /// Terms fitted: where the effects leave nothing but noise, and where they do not.
 const FITTED: (usize, usize) = (1, 3);

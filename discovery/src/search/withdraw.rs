@@ -7,10 +7,10 @@
 use super::context::Search;
 use super::pass::{Pass, Refuted};
 use crate::catalogue::Candidate;
+use crate::evidence::proof::unseen;
+use crate::evidence::thresholds::LEAD;
 use crate::fault::Fault;
 use crate::problem::Weighing;
-use crate::proof::unseen;
-use crate::thresholds::LEAD;
 
 /// Mean square over that of noise from which on shots held out have to show what a further effect explains.
 const FAR_BEYOND: f64 = 25.0;

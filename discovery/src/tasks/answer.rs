@@ -4,10 +4,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::evidence::hypothesis::Look;
+use crate::evidence::projection::Score;
 use crate::fit::schedule::{Attempt, Record};
 use crate::fit::{Fit, Jacobian};
-use crate::hypothesis::Look;
-use crate::projection::Score;
 
 /// What another process can give.
 pub(crate) trait Answer: Sized {

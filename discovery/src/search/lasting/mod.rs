@@ -15,13 +15,13 @@ use super::laws::{self, Grown, NoLaw};
 use super::pass::Pass;
 use super::shortlist::Lowest;
 use crate::catalogue::Site;
-use crate::dynamics::Dynamics;
+use crate::evidence::hypothesis::{Hypothesis, Look};
+use crate::evidence::thresholds::{ERRORS, LEAD, adequate};
 use crate::fault::Fault;
 use crate::fit::Fit;
-use crate::hypothesis::{Hypothesis, Look};
-use crate::law::{Law, LawTerm, Parts, RIVALS, Rival};
-use crate::prior::Prior;
-use crate::thresholds::{ERRORS, LEAD, adequate};
+use crate::terms::dynamics::Dynamics;
+use crate::terms::law::{Law, LawTerm, Parts, RIVALS, Rival};
+use crate::unknowns::prior::Prior;
 use screen::{Screened, likeliest};
 
 /// Laws of one equation whose additions differ by less, but for terms without memory, are the same.
@@ -213,8 +213,8 @@ fn priors(dynamics: &Dynamics) -> Vec<Prior> {
 #[cfg(test)]
 mod tests {
     use super::told_apart_by_terms;
-    use crate::dynamics::{Dynamics, Form};
-    use crate::span::Span;
+    use crate::machine::span::Span;
+    use crate::terms::dynamics::{Dynamics, Form};
 
     #[test]
     fn a_spring_and_damper_in_series_is_one_law() {

@@ -1,8 +1,8 @@
 //! Forms with memory compared with what is left, without a run for each.
 //!
 //! For each equation that can be rewritten, the first question is how much any course at all would explain of the shot that is farthest from
-//! the model.  At the likeliest ones the channels' answer to a course is found in all shots ([`crate::response`]).  Every form
-//! ([`crate::dynamics`]) along every variable of the equation, with numbers over all that the record can tell, is then a course whose score is
+//! the model.  At the likeliest ones the channels' answer to a course is found in all shots ([`crate::evidence::response`]).  Every form
+//! ([`crate::terms::dynamics`]) along every variable of the equation, with numbers over all that the record can tell, is then a course whose score is
 //! a product of matrices.
 
 use std::rc::Rc;
@@ -10,16 +10,16 @@ use std::rc::Rc;
 use nalgebra::DVector;
 
 use crate::catalogue::Site;
-use crate::dictionary::{Place, Term, places};
-use crate::dynamics::{Dynamics, Form};
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::location::{courses, farthest_shot};
+use crate::evidence::projection::{Projection, Score};
+use crate::evidence::response::{Corners, Response, corners};
 use crate::fault::Fault;
 use crate::fit::Fit;
-use crate::hypothesis::Hypothesis;
-use crate::location::{courses, farthest_shot};
-use crate::projection::{Projection, Score};
-use crate::response::{Corners, Response, corners};
 use crate::search::context::Search;
 use crate::search::pass::Pass;
+use crate::terms::dictionary::{Place, Term, places};
+use crate::terms::dynamics::{Dynamics, Form};
 use crate::variant::Insert;
 
 /// Equations at which forms are compared.
@@ -176,7 +176,7 @@ impl<'a> Along<'a> {
     }
 
     /// What a form makes of it in one shot.
-    fn course(&self, shot: usize, dynamics: &Dynamics) -> Option<(&'a crate::span::Span, Vec<f64>)> {
+    fn course(&self, shot: usize, dynamics: &Dynamics) -> Option<(&'a crate::machine::span::Span, Vec<f64>)> {
         let at = self.shots.iter().position(|&own| own == shot)?;
         let span = &self.setup.data.shots[shot].span;
         Some((span, dynamics.course(span, &self.courses[at])))

@@ -4,6 +4,10 @@
 //! the times of the shot ([`Grid`]).  A run in which rounding errors grow
 //! along a torn loop is done again by a machine with whole loops, which is translated when it is needed first.
 
+pub(crate) mod foreign;
+pub(crate) mod grid;
+pub(crate) mod span;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -11,11 +15,11 @@ use hyd_compiler::{ForeignBlock, did_you_mean};
 use hyd_runtime::{Options, Simulator};
 use hyd_system::{DaeSystem, Place, Settable, Source, Tables, ValueKind};
 
-use crate::foreign::{Foreign, joined};
-use crate::grid::{Derivatives, Grid, Limit};
-use crate::recorded::ShotInputs;
-use crate::span::Span;
-use crate::translated::{ChannelNames, Translated};
+use crate::bench::recorded::ShotInputs;
+use crate::machine::foreign::{Foreign, joined};
+use crate::machine::grid::{Derivatives, Grid, Limit};
+use crate::machine::span::Span;
+use crate::variant::translated::{ChannelNames, Translated};
 use crate::{Fault, Watch};
 
 /// Steps after which a run is given up, in all and by output interval if that is more: many times as many as one takes

@@ -8,11 +8,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::catalogue::door::Door;
 use crate::catalogue::{Candidate, Effect, EffectParameter, Reference, Site};
-use crate::door::Door;
-use crate::formula::{evaluate, names};
-use crate::prior::Prior;
 use crate::problem::Weighing;
+use crate::study::formula::{evaluate, names};
+use crate::unknowns::prior::Prior;
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
 
@@ -207,9 +207,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::{asked, expression, sized};
+    use crate::catalogue::door::Door;
     use crate::catalogue::{Effect, EffectParameter, Kind, Reference, Site};
-    use crate::door::Door;
-    use crate::prior::Prior;
+    use crate::unknowns::prior::Prior;
 
     fn effect() -> Effect {
         let parameter = |name: &str, prior, range, of: Option<&str>| EffectParameter {

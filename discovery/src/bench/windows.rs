@@ -10,7 +10,7 @@ use hyd_system::math::square;
 use nalgebra::{DMatrix, DVector};
 
 use crate::bench::Shot;
-use crate::shot_table::FEWEST;
+use crate::bench::shot_table::FEWEST;
 use crate::study::Study;
 
 /// Windows of a single record, where the study does not say how many and its states can begin anywhere.

@@ -10,10 +10,10 @@ use std::collections::BTreeMap;
 
 use hyd_system::math::square;
 
+use crate::bench::noise::Noise;
+use crate::bench::shot_table;
 use crate::bench::{Bench, Shot};
-use crate::noise::Noise;
 use crate::record::{sampling, scatter};
-use crate::shot_table;
 use crate::study::Study;
 
 /// Rows of a table from which on it is long, and the fewest that are left of it.

@@ -82,8 +82,8 @@ fn inside(value: &dyn Fn(f64) -> f64, (min, max): (f64, f64), (low, high): (f64,
 #[cfg(test)]
 mod tests {
     use super::{Meaning, Unknown, narrowed};
-    use crate::prior::Prior;
     use crate::unknowns::LIMIT;
+    use crate::unknowns::prior::Prior;
 
     #[test]
     fn values_stay_within_the_limits_and_come_close_to_them() {

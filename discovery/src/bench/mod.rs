@@ -4,6 +4,17 @@
 //! is a condition.  Tables (`shot_table`) are CSV with a header.  What a set states and nothing uses is said (`warnings`), and so are
 //! channels that no table has.
 
+pub(crate) mod averaged;
+pub(crate) mod clock;
+pub(crate) mod input_table;
+pub(crate) mod noise;
+pub(crate) mod operating_points;
+pub(crate) mod recorded;
+pub(crate) mod set_check;
+pub(crate) mod sheet;
+pub(crate) mod shot_table;
+pub(crate) mod windows;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -13,10 +24,10 @@ use hyd_system::Series;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::averaged::average;
-use crate::set_check::{Once, check_keys, check_numbers, line_of, same_number, unused};
-use crate::shot_table::{FEWEST, ShotTable, read_table};
-use crate::{Fault, Study, windows};
+use crate::bench::averaged::average;
+use crate::bench::set_check::{Once, check_keys, check_numbers, line_of, same_number, unused};
+use crate::bench::shot_table::{FEWEST, ShotTable, read_table};
+use crate::{Fault, Study};
 
 /// Longest text of a set (bytes): reading it takes many times as much memory.
 const LONGEST: usize = 4 << 20;

@@ -1,6 +1,6 @@
 //! How an effect comes into a model: as a component that is redeclared, or as what a law gives.
 //!
-//! Doors are found by [`crate::places`] and written by [`crate::variant`].
+//! Doors are found by [`crate::catalogue::places`] and written by [`crate::variant`].
 
 use std::sync::Arc;
 

@@ -3,8 +3,11 @@
 //! Parameters of the model (of all shots or of one), parameters of effects, offsets, gains and lags of the measuring chains, their
 //! clock, and the delay of the trigger in each shot.
 
+pub(crate) mod limits;
+pub(crate) mod prior;
+
 use crate::disturbance::Course;
-use crate::prior::Prior;
+use crate::unknowns::prior::Prior;
 
 /// Farthest that an unknown may go, in standard deviations.
 pub(crate) const LIMIT: f64 = 12.0;

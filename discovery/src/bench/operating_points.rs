@@ -7,8 +7,8 @@
 use hyd_system::math::square;
 
 use crate::bench::Shot;
-use crate::formula::{evaluate, names};
-use crate::initial::Initial;
+use crate::study::formula::{evaluate, names};
+use crate::study::initial::Initial;
 use crate::{Bench, Study};
 
 /// One in so many shots is held out, at least one.
@@ -133,7 +133,7 @@ pub(crate) fn central(study: &Study, bench: &Bench, except: &[usize]) -> Vec<usi
 mod tests {
     use super::are_several;
     use crate::bench::Shot;
-    use crate::windows::beginnings;
+    use crate::bench::windows::beginnings;
     use crate::{Bench, Study};
 
     /// An angle about `origin` that begins where each shot says and dies away.

@@ -6,12 +6,12 @@
 use nalgebra::DVector;
 
 use crate::catalogue::Candidate;
-use crate::dictionary::Term;
+use crate::evidence::projection::{Projection, Score};
 use crate::fit::{Effort, Fit, Jacobian};
 use crate::machine::Machine;
-use crate::prior::Prior;
 use crate::problem::{Problem, Weighing};
-use crate::projection::{Projection, Score};
+use crate::terms::dictionary::Term;
+use crate::unknowns::prior::Prior;
 use crate::unknowns::{EffectPart, LIMIT, Meaning, Unknown};
 use crate::variant::{Insert, Workshop, coefficient};
 use crate::{Fault, Setup};

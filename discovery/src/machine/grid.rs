@@ -6,7 +6,7 @@ use std::sync::Arc;
 use hyd_results::{RowKind, Sink};
 use hyd_system::{Place, Source, Tables, ValueKind, given};
 
-use crate::span::Span;
+use crate::machine::span::Span;
 
 /// Channels at the output points of a run by the parameter they are derived by, in the order in which parameters were asked for.
 pub(crate) type Derivatives = Vec<Vec<Vec<f64>>>;

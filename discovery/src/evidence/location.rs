@@ -2,7 +2,7 @@
 //!
 //! All terms are injected at once with coefficients of zero, and the runs carry the sensitivities to the coefficients
 //! along: the change of the channels per unit of a term, with everything that follows from it.  What the nuisances can
-//! imitate is taken out ([`crate::projection`]); what is left says by how much the cost would drop (the score test, Rao
+//! imitate is taken out ([`crate::evidence::projection`]); what is left says by how much the cost would drop (the score test, Rao
 //! 1948).  Where terms are many, the shot that is farthest from the model chooses those that are compared with all
 //! shots.  Models with delays are not located by equation: a hundred directions through delays take minutes.
 
@@ -10,14 +10,14 @@ use std::collections::BTreeMap;
 
 use nalgebra::DVector;
 
-use crate::dictionary::{Place, Shown, Term, places, terms};
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::projection::{Projection, Score};
+use crate::evidence::thresholds::LEAD;
 use crate::fit::{Fit, Jacobian};
-use crate::hypothesis::Hypothesis;
 use crate::machine::Job;
 use crate::problem::{Problem, Runs, Weighing};
-use crate::projection::{Projection, Score};
 use crate::tasks::{Task, Tasks};
-use crate::thresholds::LEAD;
+use crate::terms::dictionary::{Place, Shown, Term, places, terms};
 use crate::variant::{Insert, Workshop, coefficient};
 use crate::{Fault, Setup};
 

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::Fault;
-use crate::formula::evaluate;
+use crate::study::formula::evaluate;
 
 /// `[limits]`.
 #[derive(Deserialize, Clone, Default, Debug)]

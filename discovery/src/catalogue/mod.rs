@@ -4,14 +4,20 @@
 //! `annotation(__hyd(place(id = ...)))`; both are read as data, so that neither an effect nor a drive needs a line of Rust.
 //! A [`Candidate`] is an effect at the place (or places) of one model.
 
+pub(crate) mod considered;
+pub(crate) mod door;
+pub(crate) mod natural;
+pub(crate) mod places;
+pub(crate) mod same_ids;
+
 use std::sync::Arc;
 
 use hyd_compiler::did_you_mean;
 use hyd_compiler::inquiry::{AnnotatedClass, AnnotatedComponent, Note};
 
 use crate::Fault;
-use crate::door::Door;
-use crate::prior::Prior;
+use crate::catalogue::door::Door;
+use crate::unknowns::prior::Prior;
 
 /// Is it the machine or the measurement?
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,7 +44,7 @@ pub struct EffectParameter {
     pub prior: Prior,
     /// Ends of what is plausible.
     pub range: Option<(f64, f64)>,
-    /// Prior and range are shares of this, a formula of what the variables of the place show in the base model ([`crate::natural`]).
+    /// Prior and range are shares of this, a formula of what the variables of the place show in the base model ([`crate::catalogue::natural`]).
     pub of: Option<Arc<str>>,
 }
 
@@ -413,7 +419,7 @@ pub(crate) fn not_laws(effects: &[Arc<Effect>], sites: &[Site], all: &[Candidate
 }
 
 /// True if an equation gives a law the variables that it names.
-fn is_given(effect: &Effect, law: &crate::door::Law) -> bool {
+fn is_given(effect: &Effect, law: &crate::catalogue::door::Law) -> bool {
     let is_one = |(given, (_, expression)): (&Arc<str>, &(&'static str, Option<String>))| {
         let rest = expression.as_deref().and_then(|own| own.strip_suffix(&**given));
         rest.is_some_and(|rest| rest.is_empty() || rest.ends_with('.'))

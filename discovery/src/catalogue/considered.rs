@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use hyd_compiler::inquiry::AnnotatedClass;
 
+use crate::catalogue::door::Door;
+use crate::catalogue::natural::natural;
+use crate::catalogue::places::{beside_declared, found, of_laws, unpaired};
+use crate::catalogue::same_ids::tell_apart;
 use crate::catalogue::{Candidate, Effect, Site, candidates, effects, not_laws, same_places};
-use crate::door::Door;
 use crate::fault::Fault;
-use crate::natural::natural;
-use crate::places::{beside_declared, found, of_laws, unpaired};
-use crate::same_ids::tell_apart;
 use crate::setup::Setup;
 use crate::study::Study;
 use crate::variant::Workshop;

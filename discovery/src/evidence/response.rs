@@ -1,19 +1,19 @@
 //! How the channels answer to a course at an equation.
 //!
 //! A course is a polygon over the time of each shot.  How the channels change per unit of each of its corners comes from sensitivities, as
-//! for terms ([`crate::location`]): from then on what any course would do is a linear combination, and takes no run.
+//! for terms ([`crate::evidence::location`]): from then on what any course would do is a linear combination, and takes no run.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::Fault;
 use crate::Setup;
-use crate::dictionary::Term;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::location::{ANY, TOGETHER, of_one_shot, signatures};
+use crate::evidence::projection::{Projection, Score};
 use crate::fit::{Fit, Jacobian};
-use crate::hypothesis::Hypothesis;
-use crate::location::{ANY, TOGETHER, of_one_shot, signatures};
+use crate::machine::span::Span;
 use crate::problem::Weighing;
-use crate::projection::{Projection, Score};
-use crate::span::Span;
+use crate::terms::dictionary::Term;
 use crate::variant::{Insert, Workshop};
 
 /// Corners of two equations that differ by less, but for a factor, are the same.

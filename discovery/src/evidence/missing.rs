@@ -1,6 +1,6 @@
 //! What is missing over time, where nobody can say what it is: a free course at the likeliest equation.
 //!
-//! The course is a polygon over the time of each shot, whose corners the channels answer to ([`crate::response`]); the corners that bring
+//! The course is a polygon over the time of each shot, whose corners the channels answer to ([`crate::evidence::response`]); the corners that bring
 //! the model to the measurement are found together with what may be off, and as smooth as the record allows: second differences are penalised (Phillips, Journal of the ACM 9 (1962) 84; Tikhonov
 //! 1963) with the largest weight that leaves no more than noise (Morozov 1966).  The equations are linear in it, so a large course is an
 //! estimate.
@@ -9,12 +9,12 @@ use nalgebra::{Cholesky, DMatrix};
 
 use crate::Fault;
 use crate::Setup;
-use crate::dictionary::Term;
+use crate::evidence::hypothesis::Hypothesis;
+use crate::evidence::response::{Corners, corners};
+use crate::evidence::thresholds::adequate;
 use crate::fit::{Fit, Jacobian};
-use crate::hypothesis::Hypothesis;
 use crate::problem::Weighing;
-use crate::response::{Corners, corners};
-use crate::thresholds::adequate;
+use crate::terms::dictionary::Term;
 use crate::variant::Workshop;
 
 /// Corners of a course, at most and at least, and samples of a shot for each.

@@ -9,9 +9,9 @@ use std::sync::Arc;
 use hyd_compiler::did_you_mean;
 use hyd_system::Series;
 
-use crate::clock::{Clock, all_times};
+use crate::bench::clock::{Clock, all_times};
+use crate::bench::recorded::{self, Rows};
 use crate::magnitude::is_plausible;
-use crate::recorded::{self, Rows};
 use crate::{Fault, Study};
 
 /// Fewest rows of a table.

@@ -11,11 +11,11 @@ use std::sync::Arc;
 use hyd_compiler::{Balance, Command, Opening, balances, commands, opened};
 use hyd_system::Tables;
 
+use crate::catalogue::door::{Door, Law};
 use crate::catalogue::{Effect, SCALE, Site};
 use crate::data::ChannelInfo;
-use crate::door::{Door, Law};
-use crate::law::{EQUATION, place_id, site_of};
 use crate::machine::Machine;
+use crate::terms::law::{EQUATION, place_id, site_of};
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
 
@@ -193,7 +193,7 @@ pub(crate) fn beside_declared(declared: &[Site]) -> Vec<Site> {
     beside.collect()
 }
 
-/// The equations of the study's file that laws name as their places ([`crate::law`]): each where that equation still stands.
+/// The equations of the study's file that laws name as their places ([`crate::terms::law`]): each where that equation still stands.
 ///
 /// # Errors
 /// When the base model cannot be translated.

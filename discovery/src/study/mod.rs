@@ -3,6 +3,11 @@
 //! A TOML file with unknown keys refused.  It says nothing of one set of measurements: what a lab knows of its bench comes with
 //! the set (`bench`), so that one study serves all benches of a machine.
 
+pub(crate) mod bench_limits;
+pub(crate) mod formula;
+pub(crate) mod initial;
+pub(crate) mod study_check;
+
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
@@ -13,10 +18,10 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::Fault;
-use crate::bench_limits::BenchLimits;
-use crate::formula::all_written;
-use crate::initial::Initial;
-use crate::study_check::{check, line, unreadable};
+use crate::study::bench_limits::BenchLimits;
+use crate::study::formula::all_written;
+use crate::study::initial::Initial;
+use crate::study::study_check::{check, line, unreadable};
 
 /// Longest text of a study (bytes): reading it takes fifty times as much memory.
 const LONGEST: usize = 4 << 20;

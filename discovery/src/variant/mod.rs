@@ -4,6 +4,12 @@
 //! a second model extends that one and gives every channel a variable of its own, so that a channel may be any expression
 //! and is checked by the compiler.
 
+pub(crate) mod composed;
+pub(crate) mod data_files;
+pub(crate) mod modifications;
+pub(crate) mod text_bundle;
+pub(crate) mod translated;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,13 +23,13 @@ use hyd_compiler::{
 };
 
 use crate::Fault;
+use crate::catalogue::door::{Door, Law};
 use crate::catalogue::{Candidate, Site, sites};
-use crate::composed::Composed;
-use crate::dictionary::Term;
-use crate::door::{Door, Law};
-use crate::initial::{StartOf, declarations, equations};
-use crate::modifications::{Modifications, last_name};
-use crate::translated::{ChannelNames, Translated};
+use crate::study::initial::{StartOf, declarations, equations};
+use crate::terms::dictionary::Term;
+use crate::variant::composed::Composed;
+use crate::variant::modifications::{Modifications, last_name};
+use crate::variant::translated::{ChannelNames, Translated};
 
 /// Names of the model with effects, of the one with channels, and of the one in which places are looked for; with a number where
 /// the study's file has the name already.

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 
-use crate::formula::written;
+use crate::study::formula::written;
 
 /// What a study says of a state.
 #[derive(Clone, Debug)]

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use hyd_compiler::InjectionSite;
 use hyd_system::{Tables, ValueKind, Variability};
 
-use crate::translated::ChannelNames;
-use crate::unit_quotient::quotient;
+use crate::terms::unit_quotient::quotient;
+use crate::variant::translated::ChannelNames;
 
 /// Most variables of the neighbourhood that are tried in one equation.
 const MOST_VARIABLES: usize = 6;

@@ -10,8 +10,8 @@ use std::fmt::Write;
 
 use hyd_compiler::print_string;
 
-use crate::span::Span;
-use crate::unit_quotient::quotient;
+use crate::machine::span::Span;
+use crate::terms::unit_quotient::quotient;
 
 /// Longest step of the integration by the fastest rate of a form.
 const STEP: f64 = 0.2;
@@ -288,7 +288,7 @@ impl Dynamics {
 #[cfg(test)]
 mod tests {
     use super::{Dynamics, Form, Names};
-    use crate::span::Span;
+    use crate::machine::span::Span;
 
     fn of(form: Form, numbers: &[f64]) -> Dynamics {
         Dynamics { form, driver: "v".into(), unit: "m/s".into(), numbers: numbers.to_vec() }

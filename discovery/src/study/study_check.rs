@@ -6,8 +6,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::Fault;
-use crate::initial::Initial;
 use crate::magnitude::{is_plausible, shown};
+use crate::study::initial::Initial;
 use crate::study::{Mask, Nuisance, Shots, Study};
 
 /// Most rows that are averaged to one.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hyd_system::math::exp;
 use nalgebra::DVector;
 
-use crate::projection::Projection;
+use crate::evidence::projection::Projection;
 
 /// The drop of the cost with which an effect is seen in 95 of 100 sets, and at which two are told apart.
 pub(crate) const CLEAR: f64 = 45.0;

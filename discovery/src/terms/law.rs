@@ -3,18 +3,18 @@
 //! The search finds terms of one equation with their coefficients ([`crate::search`]).  Here they become a class that could stand in a
 //! library: where the equation belongs to a component that the model lets exchange, a copy of its class with the terms in it, and where it
 //! stands in the study's model file, a block that is given variables and gives a term.  Where its term has a memory, the class has the
-//! states ([`crate::dynamics`]).  From then on it is a candidate like others.
+//! states ([`crate::terms::dynamics`]).  From then on it is a candidate like others.
 
 use std::fmt::Write;
 use std::sync::Arc;
 
 use hyd_compiler::{Opening, SourceText, Sources, Variation, opened, print_string, varied};
 
+use crate::catalogue::door::{self, Door};
 use crate::catalogue::{Candidate, Effect, EffectParameter, Kind, Site};
-use crate::dictionary::Term;
-use crate::door::{self, Door};
-use crate::dynamics::{Dynamics, Names};
-use crate::prior::Prior;
+use crate::terms::dictionary::Term;
+use crate::terms::dynamics::{Dynamics, Names};
+use crate::unknowns::prior::Prior;
 use crate::variant::Workshop;
 
 /// Name of the class, with a number where it is taken.
