@@ -5,7 +5,7 @@ package P
     parameter Real x = 2;
   end Q;
   package Med
-    constant Real k = 11; // warning: W0202
+    constant Real k = 11; // warning W0202: `k` hides the constant `k`
     replaceable model S = Q(x = k);
     replaceable function f
       input Real u;

@@ -5,11 +5,11 @@ package P
     parameter Real x = 2;
   end Q;
   package Med
-    constant Real k = 11; // warning: W0202
+    constant Real k = 11; // warning W0202: `k` hides the constant `k`
     replaceable model S = Q(x = k);
   end Med;
   package Other
-    constant Real k = 6; // warning: W0202
+    constant Real k = 6; // warning W0202: `k` hides the constant `k`
     model S = Q(x = k);
   end Other;
   model Inner
