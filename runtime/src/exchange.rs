@@ -1,10 +1,13 @@
 //! A system for the integrator of somebody else: `der(x) = f(t, x)`, event indicators, events.
 //!
 //! The states `x` are the unknowns that are states now.  At given `t` and `x` the implicit equations are solved for rates and algebraic
-//! unknowns, `F(t, (x, z), x') = 0`, by the iteration of `initial::consistent`.  It begins at the *anchor*, the last point that the
-//! integrator has accepted, with the matrix of that point; so a value depends on `t`, `x` and the anchor alone, never on the points that
-//! were tried between, and a copy of the anchor gives the same bits.  Indicators carry a hysteresis (they change sign a little
-//! beyond the change of their relation), so that behind an event the relation has changed without doubt.
+//! unknowns, `F(t, (x, z), x') = 0`.  Where these enter linearly, with factors that only events change, one evaluation gives them; so it
+//! is with equations that say each rate explicitly, `x' - f(t, x) = 0`.  Elsewhere the iteration of `initial::consistent`
+//! begins at the *anchor*, the last point that the integrator has accepted, with the matrix of the *basis*, an earlier point of that kind
+//! or the anchor itself; so a value depends on `t`, `x`, anchor and basis alone, never on the points that were tried between, and a
+//! copy of these two gives the same bits.  Where an accepted point has taken many residuals it becomes the basis.  Indicators carry a
+//! hysteresis (they change sign a little beyond the change of their relation), so that behind an event the relation has changed
+//! without doubt.
 //! What happens at known instants, relations of time alone included, is announced as a time event.
 //! Systems with delays have no finite state and are refused.
 
@@ -26,12 +29,17 @@ const HYSTERESIS: f64 = 1e-10;
 const PROBE: f64 = 1e-3;
 /// Events at the same instant, one after the other, that are gone through before the model is taken to be at fault.
 const MOST_EVENTS: usize = 100;
+/// An accepted point that took more residuals than this becomes the basis: a matrix there, pivots chosen anew, costs as much as many.
+const MOST_RESIDUALS: u64 = 6;
 /// The way to a trial point is not parted more finely.
 const SMALLEST_PART: f64 = 1e-3;
 /// How far ahead changes of relations of time alone are looked for, as a part of the time scale: ten times the run, if its end is known.
 const FORESIGHT: f64 = 1e4;
 /// Without a stated end of the run, this part of a second counts as its time scale (s); else this part of the run.
 const TIME_SCALE: f64 = 1e-3;
+
+/// Numbers of [`Exchange::save`] before the points.
+const SETTINGS: usize = 8;
 
 /// What an event has led to.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -58,11 +66,18 @@ pub struct Exchange {
     weights: Weights,
     consistency: Consistency,
     initial: InitialSystem,
-    delays: DelayWork,
+    /// In its place but while the system is at work.
+    delays: Option<Box<DelayWork>>,
     /// Where iterations begin.
     anchor: Point,
-    /// The matrix is that of the anchor.
+    /// Where the matrix is made.
+    basis: Point,
+    /// The matrix is that of the basis.
     anchored: bool,
+    /// The present point took so long, or another matrix, that it is to be the basis once it is accepted.
+    slow: bool,
+    /// Points accepted since the start or the last event.
+    accepted: u64,
     now: Point,
     /// Rates and algebraic unknowns belong to time and states.
     solved: bool,
@@ -92,9 +107,12 @@ impl Exchange {
             weights: Weights::new(n),
             consistency: Consistency::new(structure),
             initial: InitialSystem::new(structure),
-            delays: DelayWork::new(structure),
+            delays: Some(Box::new(DelayWork::new(structure))),
             anchor: point.clone(),
+            basis: point.clone(),
             anchored: false,
+            slow: false,
+            accepted: 0,
             now: point,
             solved: false,
             states: Vec::new(),
@@ -104,7 +122,7 @@ impl Exchange {
             time_scale: TIME_SCALE,
             start: 0.0,
             stop: f64::INFINITY,
-            affine,
+            affine: affine && structure.delays.is_empty(),
             starting: false,
             reports: Vec::new(),
             statistics: Statistics::default(),
@@ -129,8 +147,8 @@ impl Exchange {
         let settled = self.within(system, |this, problem| this.find_start(problem, t, tolerance))?;
         self.now.t = t;
         self.starting = true;
-        self.anchored = false;
         self.take_over(system);
+        self.begin_anew();
         self.find_widths(system);
         Ok(settled)
     }
@@ -161,9 +179,20 @@ impl Exchange {
         system.held(&mut self.held);
         self.weights.update(&self.now.y);
         self.anchor.clone_from(&self.now);
-        // The matrix of an affine system is the same everywhere between events.
-        self.anchored &= self.affine;
         self.solved = true;
+        self.slow = false;
+    }
+
+    /// The anchor becomes the basis.
+    fn take_as_basis(&mut self) {
+        self.basis.clone_from(&self.anchor);
+        self.anchored = false;
+    }
+
+    /// As [`Exchange::take_as_basis`], where integration begins anew.
+    fn begin_anew(&mut self) {
+        self.take_as_basis();
+        self.accepted = 0;
     }
 
     /// The size of each root function: what it changes by when each unknown changes by its nominal value.
@@ -252,14 +281,30 @@ impl Exchange {
         if self.solved {
             return Ok(());
         }
+        if self.affine && !self.anchored {
+            self.anchored = self.within(system, |this, problem| {
+                let Point { t, y, yp } = &this.basis;
+                this.consistency.anchor_affine(problem, &this.weights, (*t, y, yp))
+            });
+        }
+        if self.affine && self.anchored {
+            let Point { t, y, yp } = &mut self.now;
+            self.statistics.residuals += 1;
+            let near = (&*self.anchor.y, &*self.anchor.yp);
+            self.solved = self.consistency.solve_affine(system, *t, near, y, yp);
+        }
+        if self.solved { Ok(()) } else { self.search(system) }
+    }
+
+    /// Solves by iterations from the anchor.
+    fn search(&mut self, system: &mut dyn DaeSystem) -> Result<(), SolveError> {
         self.within(system, |this, problem| {
             let t = this.now.t;
-            let factorisations = |problem: &Problem<'_>| problem.statistics.factorisations;
             if !this.anchored {
-                let Point { t, y, yp } = &this.anchor;
+                let Point { t, y, yp } = &this.basis;
                 this.anchored = this.consistency.anchor(problem, &this.weights, (*t, y, yp));
             }
-            let before = factorisations(problem);
+            let before = problem.statistics;
             for (k, &state) in this.is_state.iter().enumerate() {
                 if !state {
                     this.now.y[k] = this.anchor.y[k];
@@ -268,11 +313,7 @@ impl Exchange {
             this.now.yp.copy_from_slice(&this.anchor.yp);
             let place = (t, this.time_scale);
             let Point { y, yp, .. } = &mut this.now;
-            let found = match this.affine && this.anchored {
-                true => this.consistency.solve_affine(problem, t, y, yp),
-                false => this.consistency.follow(problem, place, &this.weights, y, yp),
-            };
-            let result = match found {
+            let result = match this.consistency.follow(problem, place, &this.weights, y, yp) {
                 true => Ok(()),
                 false => this.consistency.solve(problem, place, &this.weights, y, yp).or_else(|fault| {
                     if this.in_parts(problem) {
@@ -282,8 +323,10 @@ impl Exchange {
                     Err(SolveError::inconsistent(Stage::Step, t, fault, attempt, problem))
                 }),
             };
+            let after = &problem.statistics;
             // Another matrix was needed.
-            this.anchored &= factorisations(problem) == before;
+            this.anchored &= after.factorisations == before.factorisations;
+            this.slow = !this.anchored || after.residuals - before.residuals > MOST_RESIDUALS;
             this.solved = result.is_ok();
             result
         })
@@ -323,8 +366,10 @@ impl Exchange {
     /// As [`Exchange::solve`].
     pub fn derivatives(&mut self, system: &mut dyn DaeSystem, out: &mut [f64]) -> Result<(), SolveError> {
         self.solve(system)?;
-        for (value, &k) in out.iter_mut().zip(&self.states) {
-            *value = self.now.yp[k as usize];
+        let rates = &self.now.yp;
+        match self.states.len() == rates.len() && out.len() == rates.len() {
+            true => out.copy_from_slice(rates),
+            false => out.iter_mut().zip(&self.states).for_each(|(value, &k)| *value = rates[k as usize]),
         }
         Ok(())
     }
@@ -364,9 +409,18 @@ impl Exchange {
     /// As [`Exchange::solve`], and where an assertion of level error does not hold.
     pub fn accept(&mut self, system: &mut dyn DaeSystem) -> Result<(), SolveError> {
         self.solve(system)?;
-        self.within(system, |this, problem| judge(problem, (Stage::Step, this.now.t), (&this.now.y, &this.now.yp)))?;
+        self.accepted += 1;
+        if self.accepted.is_power_of_two() {
+            self.within(system, |this, problem| {
+                judge(problem, (Stage::Step, this.now.t), (&this.now.y, &this.now.yp))
+            })?;
+        }
         self.check(system)?;
+        let slow = self.slow;
         self.take_over(system);
+        if slow {
+            self.take_as_basis();
+        }
         Ok(())
     }
 
@@ -384,6 +438,11 @@ impl Exchange {
             }
             None => Ok(()),
         }
+    }
+
+    /// True if [`Exchange::reports`] has something to give.
+    pub fn has_reports(&self) -> bool {
+        !self.reports.is_empty()
     }
 
     /// Takes the assertions of level warning that have not held since the last call.
@@ -430,6 +489,7 @@ impl Exchange {
             });
         }
         self.take_over(system);
+        self.begin_anew();
         let moved = before.iter().zip(&self.states).any(|(old, &k)| self.now.y[k as usize].to_bits() != old.to_bits());
         settled.values_changed = moved || settled.states_changed;
         Ok(settled)
@@ -481,10 +541,13 @@ impl Exchange {
     /// Everything that what follows depends on, beside the system, as numbers.
     pub fn save(&self) -> Vec<f64> {
         let Point { t, y, yp } = &self.now;
-        let flags = [self.solved, self.starting].map(|flag| f64::from(u8::from(flag)));
-        let settings = [self.time_scale, self.start, self.stop, self.weights.tolerance(), flags[0], flags[1]];
-        let anchor = &self.anchor;
-        let points = [&[*t][..], y, yp, &[anchor.t], &anchor.y, &anchor.yp, &self.widths];
+        let [solved, starting, slow] = [self.solved, self.starting, self.slow].map(|flag| f64::from(u8::from(flag)));
+        let tolerance = self.weights.tolerance();
+        let accepted = self.accepted as f64;
+        let settings = [self.time_scale, self.start, self.stop, tolerance, solved, starting, slow, accepted];
+        let (anchor, basis) = (&self.anchor, &self.basis);
+        let points =
+            [&[*t][..], y, yp, &[anchor.t], &anchor.y, &anchor.yp, &[basis.t], &basis.y, &basis.yp, &self.widths];
         settings.iter().chain(points.into_iter().flatten()).copied().collect()
     }
 
@@ -492,10 +555,10 @@ impl Exchange {
     /// not of such a system.
     pub fn restore(&mut self, system: &mut dyn DaeSystem, saved: &[f64]) -> bool {
         let (n, roots) = (self.now.y.len(), self.widths.len());
-        if saved.len() != 6 + 2 * (1 + 2 * n) + roots || saved[3].is_nan() || saved[3] <= 0.0 {
+        if saved.len() != SETTINGS + 3 * (1 + 2 * n) + roots || saved[3].is_nan() || saved[3] <= 0.0 {
             return false;
         }
-        let (settings, points) = saved.split_at(6);
+        let (settings, points) = saved.split_at(SETTINGS);
         (self.time_scale, self.start, self.stop) = (settings[0], settings[1], settings[2]);
         (self.solved, self.starting) = (settings[4] != 0.0, settings[5] != 0.0);
         let read = |point: &mut Point, values: &[f64]| {
@@ -505,7 +568,8 @@ impl Exchange {
         };
         let length = 1 + 2 * n;
         read(&mut self.anchor, &points[length..2 * length]);
-        self.widths.copy_from_slice(&points[2 * length..]);
+        read(&mut self.basis, &points[2 * length..3 * length]);
+        self.widths.copy_from_slice(&points[3 * length..]);
         system.nominals(&mut self.weights.nominals);
         let differential = system.structure().differential.clone();
         self.weights.set_differential(&differential);
@@ -516,7 +580,9 @@ impl Exchange {
         self.now.clone_from(&self.anchor);
         self.take_over(system);
         read(&mut self.now, &now);
-        (self.solved, self.anchored) = (solved, false);
+        (self.solved, self.slow, self.anchored) = (solved, settings[6] != 0.0, false);
+        // A number that is none becomes 0.
+        self.accepted = settings[7] as u64;
         true
     }
 
@@ -526,12 +592,12 @@ impl Exchange {
     }
 
     fn within<R>(&mut self, system: &mut dyn DaeSystem, work: impl FnOnce(&mut Self, &mut Problem<'_>) -> R) -> R {
-        let mut delays = std::mem::take(&mut self.delays);
+        let mut delays = self.delays.take().unwrap_or_default();
         let mut problem =
             Problem { system: Delaying::new(system, &mut delays), statistics: self.statistics, profile: None };
         let result = work(self, &mut problem);
         self.statistics = problem.statistics;
-        self.delays = delays;
+        self.delays = Some(delays);
         result
     }
 }

@@ -1,8 +1,9 @@
 //! Whether loops that are computed one variable after the other hold as well as numbers allow.
 //!
 //! The translation keeps the growth of rounding errors along such a loop small for the parameters as they are declared; others may let
-//! them grow.  So solutions are judged by the equations that close the loops: at the start, after events, and at rows of results, the
-//! first, second, fourth and so on, which costs next to nothing and sees coefficients that change during the run.
+//! them grow.  So solutions are judged by the equations that close the loops: at the start, after events, and at rows of results (of a
+//! unit: at points that the integrator outside has accepted), the first, second, fourth and so on, which costs next to nothing and sees
+//! coefficients that change during the run.
 
 use hyd_system::LoopError;
 

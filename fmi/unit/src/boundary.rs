@@ -173,9 +173,11 @@ pub(crate) fn enter_again(handle: *mut c_void, work: impl FnOnce(&mut Component)
 
 fn finish(component: &mut Component, work: impl FnOnce(&mut Component) -> Result<(), Fault>) -> StatusCode {
     let result = catch_unwind(AssertUnwindSafe(|| work(component)));
-    for report in component.core.take_reports() {
-        let place = format!("{}:{}: {}", report.file, report.line, report.message);
-        component.log.tell(WARNING, CATEGORIES[0], &place);
+    if component.core.has_reports() {
+        for report in component.core.take_reports() {
+            let place = format!("{}:{}: {}", report.file, report.line, report.message);
+            component.log.tell(WARNING, CATEGORIES[0], &place);
+        }
     }
     match result {
         Ok(Ok(())) => Status::Ok as StatusCode,

@@ -238,6 +238,16 @@ impl Core {
         Ok(())
     }
 
+    /// True if [`Core::take_reports`] has something to give.
+    pub(crate) fn has_reports(&self) -> bool {
+        let of_engine = match &self.engine {
+            Engine::Exchange(exchange) => exchange.has_reports(),
+            Engine::Stepping(steps) => steps.warnings().len() > self.told,
+            Engine::None => false,
+        };
+        of_engine || !self.reports.is_empty()
+    }
+
     /// Assertions of level warning that are still to be told.
     pub(crate) fn take_reports(&mut self) -> Vec<AssertionReport> {
         match &mut self.engine {

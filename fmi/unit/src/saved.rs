@@ -7,7 +7,7 @@ use crate::fault::Fault;
 use hyd_runtime::Exchange;
 
 /// First bytes, with the version of the layout.
-const MAGIC: [u8; 8] = *b"hydunit1";
+const MAGIC: [u8; 8] = *b"hydunit2";
 
 fn damaged() -> Fault {
     Fault::usage("the bytes are not a state of this unit")

@@ -1,9 +1,12 @@
 //! Whether rates of states and algebraic unknowns enter the equations linearly, with factors that only events change.
 //!
 //! Read off the code of the Jacobian: an entry that reads no unknown, no rate, no assigned variable, no input and not the time is a number between
-//! events.  Where all entries of those columns are, one evaluation and one solution give what an iteration would.
+//! events.  Where all entries of those columns are, one evaluation and one solution give what an iteration would: if what is sought does not
+//! decide, either, at which branch of a piecewise constant function the equations are, which no slope shows.
 
-use hyd_symbolic::{Node, NodeId};
+use std::collections::HashSet;
+
+use hyd_symbolic::{Node, NodeId, post_order};
 
 use crate::instance::Instance;
 use crate::model::Model;
@@ -16,8 +19,45 @@ impl Instance {
         let model = &self.loaded.model;
         let JacobianForm::Entries(routine) = &model.routines.simulation.jacobian else { return false };
         let kernels = &model.program.routines[*routine].kernels;
-        model.candidates.is_empty() && kernels.iter().all(|kernel| factors_are_fixed(model, kernel))
+        let residual = &model.program.routines[model.routines.simulation.residual].kernels;
+        model.candidates.is_empty()
+            && kernels.iter().all(|kernel| factors_are_fixed(model, kernel))
+            && residual.iter().all(|kernel| sought_decides_nothing(model, kernel))
     }
+}
+
+/// True if rates of states and algebraic unknowns pass through sums, products and branches only, not into conditions, functions and
+/// divisors.  What is read of assigned variables counts as if they came of them.
+fn sought_decides_nothing(model: &Model, kernel: &Kernel) -> bool {
+    let arena = &model.program.arena;
+    let is_sought = |address: &Address| match *address {
+        Address::Fixed { area: Area::Data, .. } => false,
+        Address::Fixed { area: Area::Unknown, index, .. } => !model.structure.differential[index as usize],
+        _ => true,
+    };
+    let roots: Vec<NodeId> = kernel.stores.iter().map(|store| store.value).collect();
+    let mut sought: HashSet<NodeId> = HashSet::new();
+    for id in post_order(arena, &roots) {
+        let node = arena.node(id);
+        let comes_in = match node {
+            Node::Slot(slot) => kernel.slots.get(hyd_index::TypedIndex::index(slot)).is_none_or(is_sought),
+            _ => node.operands().any(|operand| sought.contains(&operand)),
+        };
+        if !comes_in {
+            continue;
+        }
+        let passes = match node {
+            Node::Slot(_) | Node::Neg(_) | Node::Add(..) | Node::Sub(..) | Node::Mul(..) => true,
+            Node::Div(_, by) => !sought.contains(&by),
+            Node::If(condition, ..) => !sought.contains(&condition),
+            _ => false,
+        };
+        if !passes {
+            return false;
+        }
+        sought.insert(id);
+    }
+    true
 }
 
 fn factors_are_fixed(model: &Model, kernel: &Kernel) -> bool {

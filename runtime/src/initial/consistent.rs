@@ -7,7 +7,7 @@
 //! [`Consistency::solve`] from afar by the damped method, [`Consistency::refine`] from close by with an old matrix.
 
 use hyd_system::math::square;
-use hyd_system::{StateChoice, Structure};
+use hyd_system::{DaeSystem, StateChoice, Structure};
 
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
 use crate::corrector::relaxed::lead_back;
@@ -49,6 +49,13 @@ pub(crate) struct Consistency {
     newton: Newton,
     residual: Vec<f64>,
     have_matrix: bool,
+    /// Of an affine system each of whose rows has one of the values to be found: for each value its row and the inverse of its factor.
+    /// Otherwise empty.
+    direct: Vec<(u32, f64)>,
+    /// There are such rows, and no value to be found is algebraic.
+    only_rates: bool,
+    /// As many zeros as there are unknowns.
+    zeros: Vec<f64>,
 }
 
 #[derive(Clone)]
@@ -122,7 +129,15 @@ impl Consistency {
             y: vec![0.0; n],
             yp: vec![0.0; n],
         };
-        Self { core, newton: Newton::new(n), residual: vec![0.0; n], have_matrix: false }
+        Self {
+            core,
+            newton: Newton::new(n),
+            residual: vec![0.0; n],
+            have_matrix: false,
+            direct: Vec::new(),
+            only_rates: false,
+            zeros: vec![0.0; n],
+        }
     }
 
     /// Sets the sizes of the unknowns and drops the matrix.
@@ -316,18 +331,76 @@ impl Consistency {
         }
     }
 
-    /// The values where the system is affine (see `exchange`) and the matrix is that since the last event: one evaluation.  False where
-    /// they are not finite; `y` and `yp` have changed then, too.
-    pub(crate) fn solve_affine(&mut self, problem: &mut Problem<'_>, t: f64, y: &mut [f64], yp: &mut [f64]) -> bool {
-        let core = &mut self.core;
-        if !problem.residual(t, y, yp, &mut self.residual) {
+    /// As [`Consistency::anchor`], for [`Consistency::solve_affine`].
+    pub(crate) fn anchor_affine(
+        &mut self,
+        problem: &mut Problem<'_>,
+        weights: &Weights,
+        at: (f64, &[f64], &[f64]),
+    ) -> bool {
+        self.direct.clear();
+        self.only_rates = false;
+        if !self.anchor(problem, weights, at) {
             return false;
         }
-        core.matrix.solve(&mut self.residual);
-        for (k, &d) in self.residual.iter().enumerate() {
-            *(if core.differential[k] { &mut yp[k] } else { &mut y[k] }) -= d;
+        let core = &self.core;
+        let mut taken = vec![false; core.differential.len()];
+        for (column, &differential) in core.differential.iter().enumerate() {
+            let mut entries = core.matrix.consistent_column(column, differential).filter(|(_, factor)| *factor != 0.0);
+            match (entries.next(), entries.next()) {
+                (Some((row, factor)), None) if !taken[row] => {
+                    taken[row] = true;
+                    self.direct.push((row as u32, factor.recip()));
+                }
+                _ => {
+                    self.direct.clear();
+                    break;
+                }
+            }
         }
-        self.residual.iter().all(|d| d.is_finite())
+        self.only_rates = !self.direct.is_empty() && core.differential.iter().all(|&differential| differential);
+        true
+    }
+
+    /// The values where the system is affine (see `exchange`) and the matrix is that since the last event: one evaluation.  Where each row has
+    /// one of them it is made at zero, so that what an equation says explicitly comes without a rounding; elsewhere at `near`, unknowns and
+    /// rates of a point from which the corrections are small.  False where they are not finite; `y` and `yp` have changed then, too.
+    pub(crate) fn solve_affine(
+        &mut self,
+        system: &mut dyn DaeSystem,
+        t: f64,
+        near: (&[f64], &[f64]),
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> bool {
+        let core = &mut self.core;
+        let mut sum = 0.0;
+        if self.only_rates {
+            system.residual(t, y, &self.zeros, &mut self.residual);
+            for (rate, &(row, inverse)) in yp.iter_mut().zip(&self.direct) {
+                *rate = 0.0 - self.residual[row as usize] * inverse;
+                sum += 0.0 * *rate;
+            }
+            return sum == 0.0;
+        }
+        let is_direct = !self.direct.is_empty();
+        for (k, &differential) in core.differential.iter().enumerate() {
+            let (own, near) = if differential { (&mut yp[k], near.1[k]) } else { (&mut y[k], near.0[k]) };
+            *own = if is_direct { 0.0 } else { near };
+        }
+        system.residual(t, y, yp, &mut self.residual);
+        if !is_direct {
+            core.matrix.solve(&mut self.residual);
+        }
+        for (k, &differential) in core.differential.iter().enumerate() {
+            let d = match self.direct.get(k) {
+                Some(&(row, inverse)) => self.residual[row as usize] * inverse,
+                None => self.residual[k],
+            };
+            *(if differential { &mut yp[k] } else { &mut y[k] }) -= d;
+            sum += 0.0 * d;
+        }
+        sum == 0.0
     }
 
     /// As [`Consistency::project`], but rates and algebraic unknowns alike as exact as numbers allow, or not at all.

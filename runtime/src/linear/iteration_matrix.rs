@@ -64,6 +64,15 @@ impl IterationMatrix {
         column_of(&self.rate_pattern, &self.rate, column)
     }
 
+    /// Rows and entries of a column of the matrix of the consistency solve.
+    pub(crate) fn consistent_column(&self, column: usize, differential: bool) -> impl Iterator<Item = (usize, f64)> {
+        let (pattern, values) = match differential {
+            true => (&self.rate_pattern, &self.rate),
+            false => (&self.state_pattern, &self.state),
+        };
+        column_of(pattern, values, column)
+    }
+
     /// Factors `dF/dy + c dF/dy'`.
     pub(crate) fn factor(&mut self, c: f64) -> Result<(), FactorError> {
         self.merged.combine(&self.state, &self.rate, c, &mut self.values);
