@@ -107,6 +107,32 @@ fn what_cannot_be_set_is_said() {
     }
 }
 
+/// The message of an assertion that fails at the start comes out of the unit, whoever integrates.
+#[test]
+fn an_assertion_that_fails_at_the_start_is_told() {
+    let text = "model Tank
+  parameter Real h_0(unit = \"m\") = 3;
+  Real h(unit = \"m\", start = h_0, fixed = true);
+equation
+  der(h) = -0.1;
+  assert(h < 2, \"the tank runs over\");
+  annotation(experiment(StopTime = 1));
+end Tank;
+";
+    for version in ["2.0", "3.0"] {
+        let scratch = Scratch::new();
+        build(&scratch, text, version);
+        for kind in ["model-exchange", "co-simulation"] {
+            let arguments = ["simulate", "case.fmu", "--as", kind, "--result", "r.csv"];
+            let outcome = run(scratch.path(), &arguments);
+            assert_no_panic(&outcome);
+            assert_eq!(outcome.code, Some(1), "{version} {kind}: {}", outcome.stderr);
+            assert!(outcome.stderr.contains("the tank runs over"), "{version} {kind}: {}", outcome.stderr);
+            done(&run(scratch.path(), &[&arguments[..], &["--set", "h_0=1.5"]].concat()));
+        }
+    }
+}
+
 #[test]
 fn options_of_one_kind_are_refused_for_the_other() {
     let scratch = Scratch::new();

@@ -194,6 +194,59 @@ fn connectors_of_a_unit_are_named_as_the_unit_has_them() {
     );
 }
 
+/// What is recorded of a linear system grows with the height of its step and noise does not, so the highest step tells most of a lag.
+#[test]
+fn the_shot_to_make_next_is_proposed_for_a_unit() {
+    let folder = Scratch::new();
+    folder.write(
+        "m.hyd",
+        "model M\n  parameter Real T(unit = \"s\", min = 0.01) = 0.5;\n  parameter Real u_0 = 1;\n  output Real y(start = 0, fixed = true);\n\
+         Real v = (u_0 - y)/T;\nequation\n  der(y) = v;\nend M;\n",
+    );
+    let build = ["build", "m.hyd", "--fmu", "3.0", "-o", "m.fmu"];
+    let made = command(folder.path(), &build).env("HYD_UNIT", crate::units::library()).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    std::fs::remove_file(folder.path().join("m.hyd")).unwrap();
+    folder.write(
+        "st.toml",
+        "without = [\"Hyd.Effects.Sensing.Clipping\", \"Hyd.Effects.Sensing.AbsoluteValue\", \"Hyd.Effects.Sensing.WrongSign\",\n\
+         \"Hyd.Effects.Sensing.SensorDeadZone\", \"Hyd.Effects.Sensing.CrossTalk\"]\nfile = \"m.fmu\"\n[models]\ndefault = \"M\"\n[channels]\n\
+         y = { variable = \"y\" }\nv = { variable = \"v\" }\n[nuisances]\nT = { parameter = \"T\", relative = 0.2 }\n[conditions]\n\
+         u_0 = \"u_0\"\n[shots]\ntime = \"t\"\n",
+    );
+    // A time constant of 0.48 s, seen through a lag of 0.1 s.
+    let (slow, lag) = (0.48, 0.1);
+    let mut draws = Draws(1_717);
+    let mut experiments = Vec::new();
+    for (shot, height) in [1.0, 2.0, 1.5].into_iter().enumerate() {
+        let mut text = String::from("t,y,v\n");
+        for k in 0..61 {
+            let t = 0.05 * f64::from(k);
+            let y = height * (1.0 - (slow * (-t / slow).exp() - lag * (-t / lag).exp()) / (slow - lag));
+            let v = height / slow * (-t / slow).exp();
+            writeln!(text, "{t:.2},{:.6},{:.6}", y + 0.01 * draws.normal(), v + 0.01 * draws.normal()).unwrap();
+        }
+        folder.write(&format!("s{shot}.csv"), text);
+        experiments.push(format!("{{\"file\": \"s{shot}.csv\", \"u_0\": {height}}}"));
+    }
+    let experiments = experiments.join(", ");
+    folder.write(
+        "set.json",
+        format!("{{\"noise_std\": {{\"y\": 0.01, \"v\": 0.01}}, \"experiments\": [{experiments}]}}"),
+    );
+    let next = ["next", "st.toml", "--bench", "set.json", "--vary", "u_0=0.5:4", "--threads", "1"];
+    let proposed = run(folder.path(), &[&next[..], &["--report", "r"]].concat());
+    assert_eq!(proposed.code, Some(0), "{}", proposed.stderr);
+    let json: Value = serde_json::from_str(&folder.read("r/next.json")).unwrap();
+    assert_eq!(json["status"], "sensor", "{}", proposed.stdout);
+    assert_eq!(json["shots"][0]["conditions"]["u_0"].as_f64(), Some(4.0), "{json:#}");
+    assert!(proposed.stdout.contains("the interval of lag.tau becomes"), "{}", proposed.stdout);
+    // What the unit does not have as a condition is told before the search.
+    let wrong = run(folder.path(), &["next", "st.toml", "--bench", "set.json", "--vary", "T=0.5:4"]);
+    assert_eq!(wrong.code, Some(1), "{}", wrong.stderr);
+    assert!(wrong.stderr.contains("no condition `T`"), "{}", wrong.stderr);
+}
+
 #[test]
 fn what_a_unit_is_given_lags_and_is_named() {
     let (_, json, said) = searched(Hidden { valve: 0.03, sensor: 0.0, late: 0.0 });

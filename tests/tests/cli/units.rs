@@ -372,6 +372,33 @@ fn rates_indicators_and_derivatives_are_those_of_the_equations_whatever_was_trie
     fmi3::fmi3FreeInstance(it);
 }
 
+/// What does not hold at the start ends the start of both kinds, and a parameter with which it holds lets them begin.
+#[test]
+fn an_assertion_that_fails_at_the_start_refuses_the_start() {
+    let unit = make(
+        "assertion",
+        "3.0",
+        "model Tank
+           parameter Real h_0(unit = \"m\") = 3;
+           Real h(unit = \"m\", start = h_0, fixed = true);
+         equation
+           der(h) = -0.1;
+           assert(h < 2, \"the tank runs over\");
+         end Tank;",
+    );
+    for it in [unit.exchange(), unit.stepping()] {
+        assert_eq!(fmi3::fmi3EnterInitializationMode(it, true, 1e-8, 0.0, true, 1.0), OK);
+        assert_eq!(fmi3::fmi3ExitInitializationMode(it), ERROR);
+        // Still before the start: neither a step nor an event.
+        assert_eq!(step(it, 0.0, 0.1).0, ERROR);
+        assert_eq!(fmi3::fmi3EnterEventMode(it), ERROR);
+        assert_eq!(unit.set(it, "h_0", 1.5), OK);
+        assert_eq!(fmi3::fmi3ExitInitializationMode(it), OK);
+        assert_eq!(unit.get(it, "h"), 1.5);
+        fmi3::fmi3FreeInstance(it);
+    }
+}
+
 #[test]
 fn wrong_calls_end_in_an_error_and_harm_nothing() {
     let unit = make("wrong", "3.0", BALL);
