@@ -372,6 +372,32 @@ fn rates_indicators_and_derivatives_are_those_of_the_equations_whatever_was_trie
     fmi3::fmi3FreeInstance(it);
 }
 
+/// A rate that decides a branch without an event has the slope of a linear one on both sides; it is solved for all the same, from whatever point.
+#[test]
+fn what_a_rate_decides_without_an_event_is_what_it_decides_at_the_solution() {
+    let unit = make(
+        "decides",
+        "3.0",
+        "model Switched
+           Real x(start = 0, fixed = true);
+         equation
+           der(x) = x - (if noEvent(der(x) > 1) then 1 else 0);
+         end Switched;",
+    );
+    let it = unit.exchange();
+    begin(it, 1.0);
+    let none = std::ptr::null_mut();
+    assert_eq!(fmi3::fmi3UpdateDiscreteStates(it, none, none, none, none, none, std::ptr::null_mut()), OK);
+    assert_eq!(fmi3::fmi3EnterContinuousTimeMode(it), OK);
+    for (x, wanted) in [(3.0, 2.0), (0.5, 0.5), (7.0, 6.0), (-1.0, -1.0)] {
+        let mut rate = f64::NAN;
+        assert_eq!(fmi3::fmi3SetContinuousStates(it, &x, 1), OK);
+        assert_eq!(fmi3::fmi3GetContinuousStateDerivatives(it, &mut rate, 1), OK);
+        assert!((rate - wanted).abs() < 1e-12, "{rate} and not {wanted} at {x}");
+    }
+    fmi3::fmi3FreeInstance(it);
+}
+
 /// What does not hold at the start ends the start of both kinds, and a parameter with which it holds lets them begin.
 #[test]
 fn an_assertion_that_fails_at_the_start_refuses_the_start() {
