@@ -133,6 +133,19 @@ impl Driver {
         Ok(())
     }
 
+    /// Hands over the value that a text has for a parameter.  Where it is what the unit states, the parameter is left alone, because the unit may
+    /// find it from others (`U_0 = U` of a component), which may have been set.
+    pub(crate) fn hand_parameter(&mut self, index: usize, value: f64) {
+        if self.set_parameter(index, value).is_err() {
+            return;
+        }
+        let layout = &mut self.layout;
+        let Some(setting) = layout.setting_of.get(index).copied().flatten() else { return };
+        let setting = &mut layout.settings[setting];
+        let elements = setting.first..setting.first + setting.count;
+        setting.is_set = elements.clone().any(|own| self.parameters[own] != layout.values[own]);
+    }
+
     /// Sets a parameter of type String; none where the unit has none of that name.
     pub(crate) fn set_text(&mut self, name: &str, text: &str) -> Option<()> {
         let found = self.description.variables.iter().find(|variable| *variable.name == *name)?;

@@ -112,6 +112,11 @@ impl Exchange {
         self.driver.start_of(name)
     }
 
+    /// See [`Driver::hand_parameter`].
+    pub(crate) fn hand_parameter(&mut self, index: usize, value: f64) {
+        self.driver.hand_parameter(index, value);
+    }
+
     /// See [`Driver::set_start`].
     pub(crate) fn set_start(&mut self, position: usize, value: f64) {
         self.driver.set_start(position, value);

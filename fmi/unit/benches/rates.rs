@@ -75,7 +75,11 @@ fn measure(folder: &Path, steps: (f64, usize)) {
             seconds(|| asked.iter().for_each(|own| unit.set(own))),
             seconds(|| completed = asked.iter().map(|own| unit.ask(own)).sum()),
             completed,
-            seconds(|| (0..steps.1).for_each(|_| drop(std::hint::black_box(Instant::now().elapsed())))),
+            seconds(|| {
+                (0..steps.1).for_each(|_| {
+                    std::hint::black_box(Instant::now().elapsed());
+                })
+            }),
         ];
         least.iter_mut().zip(rounds).for_each(|(least, own)| *least = least.min(own));
     }

@@ -368,6 +368,28 @@ fn a_unit_is_a_block_in_a_loop() {
     }
 }
 
+/// A parameter that the unit finds from another one follows it, unless the text says a value of its own.
+#[test]
+fn parameters_of_a_block_follow_those_that_they_come_of() {
+    let scratch = Scratch::new();
+    let model = "model Slope\n  parameter Real a = 1;\n  parameter Real b = 2*a;\n  parameter Real c[2] = {a, 3};\n  \
+                 output Real x(start = 0, fixed = true);\nequation\n  der(x) = b + c[1];\nend Slope;\n";
+    for version in ["2.0", "3.0"] {
+        build(&scratch, model, version);
+        let ramp = "model Ramp\n  Slope part;\n  annotation(experiment(StopTime = 1));\nend Ramp;\n";
+        scratch.write("unit.hyd", block(&scratch, &[]) + ramp);
+        for (set, wanted) in
+            [(&[][..], 3.0), (&["part.a=3"], 9.0), (&["part.a=3", "part.b=5"], 8.0), (&["part.a=1"], 3.0)]
+        {
+            let set: Vec<&str> = set.iter().flat_map(|value: &&str| ["--set", *value]).collect();
+            let simulate = ["simulate", "unit.hyd", "--model", "Ramp", "--result", "r.csv"];
+            done(&run(scratch.path(), &[&simulate[..], &set].concat()));
+            let x = value(&last(&scratch, "r.csv"), "part.x");
+            assert!((x - wanted).abs() < 1e-6, "{version} {set:?}: {x} and not {wanted}");
+        }
+    }
+}
+
 /// A unit with a connector is a block with that connector.
 #[test]
 fn a_unit_is_connected_by_its_connector() {

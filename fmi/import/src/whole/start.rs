@@ -56,8 +56,8 @@ impl Whole {
             };
             for &(source, index) in &part.parameters {
                 if let Some(value) = value_of(source) {
-                    // A value that is not finite is refused by the unit, which then keeps its own; bind has checked the text's.
-                    let _ = part.unit.set_parameter(index, value);
+                    // A value that is not finite leaves the unit its own; bind has checked the text's.
+                    part.unit.hand_parameter(index, value);
                 }
             }
             for &(source, position) in &part.starts {
