@@ -3,7 +3,7 @@
 //! `left = right` is an equation and `left := right` a statement; the wrong one of the two, and constructs of the other kind
 //! of section, are reported with a hint and read as meant where that is clear.
 
-use hyd_source::Span;
+use hyd_source::{Edit, Proposal, Span};
 
 use crate::build::Builder;
 use crate::build_code::{Block, BlockKind, Code, Simple};
@@ -19,10 +19,15 @@ impl Code for Equation {
         let kind = match (simple.right, simple.left.kind) {
             (Some((sign, at, right)), left) => {
                 if sign == ":=" {
-                    builder.error(at, "`:=` cannot stand in an equation").notes.push(
+                    let said = builder.error(at, "`:=` cannot stand in an equation");
+                    said.notes.push(
                         "equations are written with `=`; assignments with `:=` belong into an `algorithm` section"
                             .into(),
                     );
+                    said.proposals.push(Proposal {
+                        message: "write `=` for `:=`".into(),
+                        edits: vec![Edit { span: at, text: "=".into() }],
+                    });
                 }
                 EquationKind::Equal(Expr { kind: left, span: simple.left.span }, right)
             }

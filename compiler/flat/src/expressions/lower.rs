@@ -6,7 +6,7 @@
 
 use hyd_instance::constructor::RecordField;
 use hyd_instance::{InstId, ScalarType, Value};
-use hyd_source::{Code, Diagnostic, Span};
+use hyd_source::{Code, Diagnostic, Edit, Span};
 use hyd_symbolic::Relation;
 use hyd_syntax::tree::{BinaryOp, Expr as Text, UnaryOp};
 use hyd_typed::{Declaration, Expr, Iterator, Kind, Type};
@@ -207,7 +207,15 @@ impl Flattener<'_, '_> {
         let fits = x.is_number() && y.is_number() || x.scalar == y.scalar;
         if !fits {
             let message = format!("{} and {} cannot be compared", x.scalar.name(), y.scalar.name());
-            return Err(self.error(Code::TypeMismatch, span, message));
+            let said = Diagnostic::error(Code::TypeMismatch, message).at(span, "");
+            self.report(match literal_meant(&x, b).or_else(|| literal_meant(&y, a)) {
+                Some((literal, edit)) => {
+                    let help = format!("literals of an enumeration are no numbers: write `{literal}`");
+                    said.help(help).propose(format!("write `{literal}`"), vec![edit])
+                }
+                None => said,
+            });
+            return Err(Fail::Reported);
         }
         let discrete = !matches!(x.scalar, ScalarType::Real) && !matches!(y.scalar, ScalarType::Real);
         let arena = &mut self.model.templates.arena;
@@ -532,4 +540,12 @@ impl Flattener<'_, '_> {
         }
         Err(Fail::Reported)
     }
+}
+
+/// The literal that a number means which an enumeration is compared with, counted from 1, and the change to it.
+fn literal_meant(value: &Typed, number: &Expr) -> Option<(String, Edit)> {
+    let (ScalarType::Enumeration(e), Kind::Integer(k)) = (&value.scalar, &number.kind) else { return None };
+    let literal = e.literals.get(usize::try_from(*k).ok()?.checked_sub(1)?)?;
+    let text = format!("{}.{literal}", e.name);
+    Some((text.clone(), Edit { span: number.span, text }))
 }

@@ -50,7 +50,12 @@ impl Scopes<'_> {
         }
         let names = || shape.elements.iter().map(|e| e.name.as_ref());
         let diagnostic = match span {
-            Some(span) => diagnostic.meant(span, name, names()),
+            Some(span) => {
+                // The place is that of the whole modification, which begins with the name.
+                let is_first = self.table.files.snippet(span).starts_with(name);
+                let place = if is_first { Span { end: span.start + name.len() as u32, ..span } } else { span };
+                diagnostic.meant(place, name, names())
+            }
             None => diagnostic.maybe_help(did_you_mean(name, names())),
         };
         self.table.report(diagnostic);
