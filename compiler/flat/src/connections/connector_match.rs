@@ -227,6 +227,7 @@ impl Flattener<'_, '_> {
             }
         }
         let Some(span) = sources.iter().skip(1).map(|&(.., at)| at).max_by_key(|at| (at.file, at.start)) else {
+            self.feeds_itself(leaves);
             return false;
         };
         let names: Vec<String> = sources.iter().map(|&(v, ..)| format!("`{}`", self.model.var_name(v))).collect();
