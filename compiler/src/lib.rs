@@ -6,6 +6,7 @@
 
 mod back_end;
 mod balance;
+mod changes;
 mod choice;
 mod compilation;
 mod injection;
@@ -20,6 +21,7 @@ mod suspects;
 mod variation;
 
 pub use balance::{Balance, balances};
+pub use changes::{Change, Rank, Trouble, changes};
 pub use compilation::{Compilation, Goal, Options, Stage, StageTime};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
 pub use hyd_equations::{Approach, Cost, Loops, approaches, costs};

@@ -31,6 +31,8 @@ pub struct Suspect {
     pub span: Span,
     /// What it may be, as a sentence.
     pub words: String,
+    /// The number that was meant, if it is.
+    pub meant: f64,
     /// How far its value is from what is usual, as a factor.
     distance: f64,
 }
@@ -86,7 +88,8 @@ fn suspect(block: &VariableBlock, k: usize, value: f64, span: Span) -> Option<Su
     let name = block.name.element(k);
     let shown = significant(value);
     let found = |meant: f64, words: String, distance: f64| {
-        Some(Suspect { words: format!("{words}, write {}", significant(meant)), name: name.clone(), span, distance })
+        let words = format!("{words}, write {}", significant(meant));
+        Some(Suspect { words, name: name.clone(), span, meant, distance })
     };
     match (&**unit, usual) {
         ("rad", _) if (1.01 * std::f64::consts::TAU..=MOST_DEGREES).contains(&value.abs()) => {
@@ -122,7 +125,7 @@ fn suspect(block: &VariableBlock, k: usize, value: f64, span: Span) -> Option<Su
 }
 
 /// A number with so many significant digits.
-fn round_to(value: f64, digits: usize) -> f64 {
+pub(crate) fn round_to(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 

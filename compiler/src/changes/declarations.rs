@@ -1,0 +1,183 @@
+//! Changes of declarations: start values, what is fixed, numbers exchanged, modifiers that were not wanted.
+
+use std::collections::BTreeMap;
+
+use hyd_source::Span;
+use hyd_syntax::tree::{Argument, Component, ElementModification, Expr, ExprKind, Modification, Variability};
+use hyd_system::significant;
+
+use super::{Found, Rank, number};
+
+/// By what a guess is multiplied: the other roots of laws of technology lie mostly within a decade, or on the other side of zero.
+const GUESSES: [f64; 5] = [0.2, 5.0, -1.0, 0.03, 30.0];
+
+/// Of more parameters than these no two are exchanged.
+const MOST_PAIRED: usize = 30;
+/// Guesses of an unknown that has none.
+const FIRST_GUESSES: [&str; 4] = ["1", "0.1", "10", "-1"];
+
+impl Found<'_> {
+    /// Changes of the components of one class; gives the start values that it says, as text.
+    pub(super) fn components(&mut self, components: &[&Component]) -> BTreeMap<String, String> {
+        let mut starts = BTreeMap::new();
+        for component in components {
+            let name = component.name.name.to_string();
+            for argument in &component.modification.arguments {
+                if let Argument::Modify(own) = argument
+                    && let ([only], Some(binding)) = (&own.target.parts[..], &own.modification.binding)
+                    && &*only.name == "start"
+                {
+                    starts.insert(name.clone(), self.snippet(binding.span).to_string());
+                }
+            }
+            if !starts.contains_key(&name) {
+                self.first_guess(component);
+            }
+            self.modification(&component.modification, &name, component.dims.is_empty());
+            if let Some(binding) = &component.modification.binding {
+                match component.variability {
+                    Variability::Continuous | Variability::Discrete => self.value(binding),
+                    Variability::Parameter | Variability::Constant => self.expression(binding),
+                }
+            }
+        }
+        if self.trouble.run || self.trouble.start {
+            self.exchanged(components);
+        }
+        starts
+    }
+
+    /// A guess of an unknown that has none and that an assertion reads.
+    fn first_guess(&mut self, component: &Component) {
+        let name = component.name.name.to_string();
+        let is_unknown = component.variability == Variability::Continuous
+            && component.dims.is_empty()
+            && component.modification.binding.is_none()
+            && self.asserted.contains(&name);
+        if !is_unknown || !self.trouble.start || !self.trouble.judged {
+            return;
+        }
+        for guess in FIRST_GUESSES {
+            let edit = match component.modification.arguments.first() {
+                Some(Argument::Modify(first)) => {
+                    self.edit(first.span.start, first.span.start, format!("start = {guess}, "))
+                }
+                Some(_) => return,
+                None => self.edit(component.name.span.end, component.name.span.end, format!("(start = {guess})")),
+            };
+            self.push(Rank::Guess, format!("look for another root: start of `{name}` = {guess}"), vec![edit]);
+        }
+    }
+
+    /// Two parameters of the same type with their numbers exchanged.
+    fn exchanged(&mut self, components: &[&Component]) {
+        let given: Vec<(&Component, &Expr)> = components
+            .iter()
+            .filter(|own| own.variability == Variability::Parameter)
+            .filter_map(|own| own.modification.binding.as_ref().map(|binding| (*own, binding)))
+            .filter(|(_, binding)| number(binding).is_some())
+            .collect();
+        if given.len() > MOST_PAIRED {
+            return;
+        }
+        for (k, (a, x)) in given.iter().enumerate() {
+            for (b, y) in &given[k + 1..] {
+                let is_same = self.snippet(a.class.span) == self.snippet(b.class.span);
+                if !is_same
+                    || number(x) == number(y)
+                    || a.modification.arguments.len() != b.modification.arguments.len()
+                {
+                    continue;
+                }
+                let (one, other) = (self.snippet(x.span).to_string(), self.snippet(y.span).to_string());
+                let edits = vec![self.replaced(x.span, other), self.replaced(y.span, one)];
+                self.push(
+                    Rank::Exchanged,
+                    format!("exchange the values of `{}` and `{}`", a.name.name, b.name.name),
+                    edits,
+                );
+            }
+        }
+    }
+
+    /// Changes of the arguments of a modification of `owner`.
+    fn modification(&mut self, modification: &Modification, owner: &str, is_scalar: bool) {
+        let arguments = &modification.arguments;
+        for (k, argument) in arguments.iter().enumerate() {
+            let Argument::Modify(own) = argument else { continue };
+            let path: Vec<&str> = own.target.parts.iter().map(|part| &*part.name).collect();
+            if self.trouble.text && self.is_marked(own.span) {
+                self.superfluous(arguments, k, own, &path.join("."));
+                if !own.each && !is_scalar {
+                    let edit = self.edit(own.span.start, own.span.start, "each ");
+                    self.push(
+                        Rank::Marked,
+                        format!("`{}` is the same for all elements: `each`", path.join(".")),
+                        vec![edit],
+                    );
+                }
+            }
+            if let Some(binding) = &own.modification.binding {
+                match path.last() {
+                    Some(&"fixed") => self.fixed(binding, owner),
+                    Some(&"start") => self.start(arguments, binding, owner),
+                    _ => self.expression(binding),
+                }
+            }
+            self.modification(&own.modification, &format!("{owner}.{}", path.join(".")), is_scalar);
+        }
+    }
+
+    /// A modifier that messages name is left out.
+    fn superfluous(&mut self, arguments: &[Argument], k: usize, own: &ElementModification, name: &str) {
+        if !self.names.contains(name) || arguments.len() < 2 {
+            return;
+        }
+        let span = match arguments.get(k + 1) {
+            Some(Argument::Modify(next)) => Span { end: next.span.start, ..own.span },
+            _ => {
+                let Some(Argument::Modify(last)) = k.checked_sub(1).and_then(|k| arguments.get(k)) else { return };
+                Span { start: last.span.end, ..own.span }
+            }
+        };
+        let edit = self.replaced(span, "");
+        self.push(Rank::Marked, format!("leave `{name}` out"), vec![edit]);
+    }
+
+    fn fixed(&mut self, binding: &Expr, owner: &str) {
+        let (from, to, words) = match binding.kind {
+            ExprKind::Boolean(true) if self.trouble.start => {
+                ("true", "false", format!("let `{owner}` start where the other conditions say"))
+            }
+            ExprKind::Boolean(false) if self.trouble.start => ("false", "true", format!("hold the start of `{owner}`")),
+            _ => return,
+        };
+        if self.snippet(binding.span) == from {
+            let edit = self.replaced(binding.span, to);
+            self.push(Rank::Start, words, vec![edit]);
+        }
+    }
+
+    fn start(&mut self, arguments: &[Argument], binding: &Expr, owner: &str) {
+        if !self.trouble.start && !self.trouble.run {
+            return;
+        }
+        if let ExprKind::Boolean(value) = binding.kind {
+            let edit = self.replaced(binding.span, (!value).to_string());
+            self.push(Rank::Moment, format!("begin with `{owner}` = {}", !value), vec![edit]);
+        }
+        let Some(value) = number(binding) else { return };
+        let is_fixed = |own: &Argument| matches!(own, Argument::Modify(own) if own.target.parts.last().is_some_and(|part| &*part.name == "fixed"));
+        if arguments.iter().any(is_fixed) {
+            return;
+        }
+        let edit = self.edit(binding.span.end, binding.span.end, ", fixed = true");
+        self.push(Rank::Start, format!("hold the start of `{owner}`: `fixed = true`"), vec![edit]);
+        let is_guess = value != 0.0 && self.trouble.start;
+        for factor in GUESSES.iter().filter(|_| is_guess) {
+            let text = significant(value * factor);
+            let edit = self.replaced(binding.span, text.clone());
+            self.push(Rank::Guess, format!("look for another root: start of `{owner}` = {text}"), vec![edit]);
+        }
+    }
+}

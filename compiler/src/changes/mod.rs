@@ -1,0 +1,274 @@
+//! Small changes of a text, one of which may heal a model that fails: each undoes a slip of the pen that is common.
+//!
+//! Nothing here knows whether a change heals; whoever asks tries them, one after the other in the order of their ranks, and proposes those
+//! after which the model translates and runs.  That a program is repaired by trying small changes is an old thought (Debroy and Wong, Using
+//! mutation to automatically suggest fixes for faulty programs, 2010); which changes are worth trying is taken from `tests/doctor`.
+//! Assertions and what they compare with are never changed: they say what is meant.
+
+mod declarations;
+mod equations;
+mod expressions;
+mod numbers;
+
+use std::collections::BTreeSet;
+
+use hyd_flat::FlatModel;
+use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, Span};
+use hyd_syntax::tree::{ClassBody, ClassDef, Element, Equation, EquationKind, ExprKind};
+use hyd_syntax::visit::{Role, Visitor, walk_equation};
+
+/// What has failed; several may be true at once.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Trouble {
+    /// Names, types, sizes, units, or what may stand where.
+    pub text: bool,
+    /// More equations than unknowns.
+    pub too_many: bool,
+    /// Unknowns that no equation determines.
+    pub too_few: bool,
+    /// No initial values.
+    pub start: bool,
+    /// The run.
+    pub run: bool,
+    /// An assertion: the equations have a solution, but none that is meant.
+    pub judged: bool,
+}
+
+impl Trouble {
+    /// What the messages of a translation are about.
+    pub fn of(diagnostics: &[Diagnostic]) -> Self {
+        let mut trouble = Trouble::default();
+        for own in diagnostics.iter().filter(|own| own.severity == Severity::Error) {
+            match own.code {
+                Code::Unbalanced | Code::Singular => {
+                    trouble.too_many = true;
+                    trouble.too_few = true;
+                }
+                Code::ConnectorMismatch | Code::ConnectionRule => trouble.too_few = true,
+                Code::InitialUnbalanced => trouble.start = true,
+                Code::Run => {}
+                _ => trouble.text = true,
+            }
+        }
+        trouble
+    }
+
+    /// True where anything is.
+    pub fn any(self) -> bool {
+        self != Trouble::default()
+    }
+}
+
+/// How likely a change is what was meant, the likeliest first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Rank {
+    /// A number far from the usual that is usual in another unit.
+    Unit,
+    /// A slip at a place that messages mark.
+    Marked,
+    /// A connection with an end that is called almost the same.
+    Ends,
+    /// A range of a loop.
+    Loop,
+    /// What holds at the start.
+    Start,
+    /// When something is done.
+    Moment,
+    /// Two numbers, two arguments or two sockets of a component exchanged.
+    Exchanged,
+    /// Another guess of an unknown.
+    Guess,
+    /// A number that may be of another unit by its size.
+    OtherUnit,
+    /// A connection that is missing.
+    Joined,
+    /// The sign of a term.
+    Sign,
+    /// A number that lacks a prefix.
+    Prefix,
+    /// A connection with any other end that messages name.
+    OtherEnds,
+    /// An equation or a connection is left out.
+    LeftOut,
+}
+
+impl Rank {
+    /// True where the first of several changes that heal is as good as the others, or better: what is fixed at the start by one of two
+    /// components, a guess.  Of many equations any one can be left out, and many a sign can be turned round: there only what is alone is meant.
+    pub fn first_is_best(self) -> bool {
+        matches!(self, Rank::Unit | Rank::Marked | Rank::Loop | Rank::Start | Rank::Moment | Rank::Guess)
+    }
+}
+
+/// A change worth trying.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Change {
+    /// How likely it is.
+    pub rank: Rank,
+    /// It touches a line that a message marks.
+    pub marked: bool,
+    /// What it does.
+    pub proposal: Proposal,
+}
+
+/// The changes of a file of a model that has failed with these messages, the likeliest first.
+pub fn changes(
+    files: &Files,
+    file: FileId,
+    trouble: Trouble,
+    messages: &[Diagnostic],
+    model: Option<(&FlatModel, &[(hyd_flat::VarId, String)])>,
+) -> Vec<Change> {
+    let text = files.text(file);
+    let stored = hyd_syntax::parse(file, text).value;
+    let labels = messages.iter().flat_map(|own| &own.labels).filter(|own| own.span.file == file);
+    let begins: Vec<u32> = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at as u32 + 1)).collect();
+    let line = |byte: u32| begins.partition_point(|&begin| begin <= byte);
+    let marked = labels.flat_map(|own| line(own.span.start)..=line(own.span.end)).collect::<BTreeSet<usize>>();
+    let said = messages.iter().flat_map(|own| std::iter::once(&own.message).chain(&own.notes));
+    let names = said.flat_map(|own| own.split('`').skip(1).step_by(2)).map(str::to_string).collect();
+    let unconnected = messages.iter().filter(|own| own.message.starts_with("nothing is connected to"));
+    let open = unconnected.flat_map(|own| own.message.split('`').skip(1).step_by(2)).map(str::to_string).collect();
+    let asserted = BTreeSet::new();
+    let mut found = Found { text, file, trouble, begins, marked, names, open, asserted, changes: Vec::new() };
+    for class in &stored.classes {
+        found.assertions(class);
+    }
+    for class in &stored.classes {
+        found.class(class);
+    }
+    if let Some((flat, inferred)) = model.filter(|_| trouble.start || trouble.run) {
+        found.numbers(flat, inferred);
+    }
+    let mut changes = found.changes;
+    let mut known = BTreeSet::new();
+    changes.retain(|own| {
+        let edits = own.proposal.edits.iter().map(|edit| (edit.span.start, edit.span.end, edit.text.clone()));
+        known.insert(edits.collect::<Vec<_>>())
+    });
+    changes.sort_by_key(|own| (own.rank, !own.marked));
+    changes
+}
+
+/// What is being collected for one file.
+struct Found<'a> {
+    text: &'a str,
+    file: FileId,
+    trouble: Trouble,
+    /// First bytes of the lines.
+    begins: Vec<u32>,
+    /// Lines, from 1, that messages mark.
+    marked: BTreeSet<usize>,
+    /// Words in backquotes of the messages.
+    names: BTreeSet<String>,
+    /// Connectors to which nothing is connected.
+    open: Vec<String>,
+    /// Names that assertions read.
+    asserted: BTreeSet<String>,
+    changes: Vec<Change>,
+}
+
+impl Found<'_> {
+    fn class(&mut self, class: &ClassDef) {
+        for nested in hyd_instance::class::nested_classes(class) {
+            self.class(&nested.class);
+        }
+        let ClassBody::Long { elements, equations, .. } = &class.body else { return };
+        let components: Vec<_> = elements
+            .iter()
+            .filter_map(|element| match element {
+                Element::Component(component) => Some(component),
+                _ => None,
+            })
+            .collect();
+        let starts = self.components(&components);
+        for section in equations {
+            self.section(section, &starts);
+        }
+        self.sockets(equations);
+        self.missing(equations, &components);
+    }
+
+    /// Collects the names that assertions of a class read.
+    fn assertions(&mut self, class: &ClassDef) {
+        struct Reads<'b>(&'b mut BTreeSet<String>, bool);
+        impl Visitor for Reads<'_> {
+            fn reference(&mut self, reference: &hyd_syntax::tree::ComponentRef, role: Role) {
+                if self.1 && role == Role::Read {
+                    self.0.insert(hyd_syntax::print_reference(reference));
+                }
+            }
+            fn equation(&mut self, equation: &Equation) {
+                let around = self.1;
+                self.1 |= matches!(&equation.kind, EquationKind::Call(name, _) if is_named(name, "assert"));
+                walk_equation(self, equation);
+                self.1 = around;
+            }
+        }
+        for nested in hyd_instance::class::nested_classes(class) {
+            self.assertions(&nested.class);
+        }
+        let ClassBody::Long { equations, .. } = &class.body else { return };
+        let mut reads = Reads(&mut self.asserted, false);
+        equations.iter().flat_map(|section| &section.equations).for_each(|own| reads.equation(own));
+    }
+
+    fn is_marked(&self, span: Span) -> bool {
+        (self.line(span.start)..=self.line(span.end)).any(|own| self.marked.contains(&own))
+    }
+
+    /// The line of a byte, from 1.
+    fn line(&self, byte: u32) -> usize {
+        self.begins.partition_point(|&begin| begin <= byte)
+    }
+
+    fn snippet(&self, span: Span) -> &str {
+        &self.text[span.start as usize..span.end as usize]
+    }
+
+    fn edit(&self, from: u32, to: u32, text: impl Into<String>) -> Edit {
+        Edit { span: Span { file: self.file, start: from, end: to }, text: text.into() }
+    }
+
+    fn replaced(&self, span: Span, text: impl Into<String>) -> Edit {
+        self.edit(span.start, span.end, text)
+    }
+
+    fn push(&mut self, rank: Rank, message: impl Into<String>, edits: Vec<Edit>) {
+        let marked = edits.iter().any(|own| self.is_marked(own.span));
+        self.changes.push(Change { rank, marked, proposal: Proposal { message: message.into(), edits } });
+    }
+
+    /// A change of one stretch that is short enough to be said as it stands.
+    fn write(&mut self, rank: Rank, span: Span, text: &str) {
+        let old = self.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ");
+        let edit = self.replaced(span, text);
+        self.push(rank, format!("write `{text}` for `{old}`"), vec![edit]);
+    }
+
+    /// The equation with its semicolon.
+    fn with_semicolon(&self, span: Span) -> Span {
+        let rest = &self.text[span.end as usize..];
+        let blank = rest.len() - rest.trim_start().len();
+        match rest.trim_start().starts_with(';') {
+            true => Span { end: span.end + blank as u32 + 1, ..span },
+            false => span,
+        }
+    }
+}
+
+/// True for a reference of one part with this name.
+fn is_named(reference: &hyd_syntax::tree::ComponentRef, name: &str) -> bool {
+    matches!(&reference.parts[..], [only] if &*only.name.name == name)
+}
+
+/// The value of a number that stands in the text.
+fn number(expr: &hyd_syntax::tree::Expr) -> Option<f64> {
+    use hyd_syntax::tree::UnaryOp;
+    match &expr.kind {
+        ExprKind::Integer(value) => Some(*value as f64),
+        ExprKind::Real(value) => Some(*value),
+        ExprKind::Unary(UnaryOp::Minus, of) => number(of).map(|value| -value),
+        _ => None,
+    }
+}
