@@ -176,9 +176,12 @@ pub struct Check {
     /// Lists the variables of unknown unit
     #[arg(long)]
     pub unknown_units: bool,
-    /// Makes the changes that messages propose in FILE: shows them, then writes them
+    /// Makes the changes that messages propose in FILE, or one after which the model runs: shows them, then writes them
     #[arg(long)]
     pub fix: bool,
+    /// End of the run that has to succeed after --fix (s) [default: as the model says]
+    #[arg(long, value_name = "T", requires = "fix", allow_negative_numbers = true)]
+    pub stop: Option<f64>,
 }
 
 /// `hyd equations`

@@ -4,8 +4,9 @@
 //! section 4.7), that is all that can be said of it, and no fault.
 
 use hyd_compiler::{Compilation, Goal};
+use hyd_run::RunArguments;
 use hyd_verbs::check::{counts, own_equations};
-use hyd_verbs::start_warning;
+use hyd_verbs::{Request, Trials, run_diagnostic, start_warning};
 
 use crate::arguments::Check;
 use crate::fix::fix;
@@ -17,15 +18,32 @@ pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     let mut compilation = compiled(&arguments.model, Goal::Check)?;
     let mut ends = compilation.forgive_open_ends();
     report(&compilation.files, &compilation.diagnostics, arguments.model.message_format);
+    let model = &arguments.model;
+    let libraries = model.libraries.libraries();
+    let request = Request { class: model.model.clone(), set: model.set.clone(), goal: Goal::Run };
+    let run = RunArguments { stop: arguments.stop, ..RunArguments::default() };
+    let trials = Trials {
+        file: &model.file,
+        libraries: &libraries,
+        request: &request,
+        strict_units: model.strict_units,
+        run: &run,
+    };
+    let mut failure = None;
     if arguments.fix && !compilation.has_errors() && ends.is_empty() {
-        // Start values show only where the start is looked for.
-        compilation = compiled(&arguments.model, Goal::Run)?;
-        let found = start_warning(&compilation);
-        report(&compilation.files, found.as_slice(), arguments.model.message_format);
+        // Start values show only where the start is looked for, other faults where the model runs.
+        compilation = compiled(model, Goal::Run)?;
+        let mut found = Vec::from_iter(start_warning(&compilation));
+        if found.is_empty() {
+            failure = trials.failure(&compilation);
+            let flat = compilation.flat.as_deref();
+            found.extend(failure.iter().map(|error| run_diagnostic(error, &compilation.files, flat, None)));
+        }
+        report(&compilation.files, &found, model.message_format);
         compilation.diagnostics.extend(found);
     }
     if arguments.fix
-        && let Some(after) = fix(&arguments.model, &compilation)?
+        && let Some(after) = fix(model, &compilation, &trials, failure.as_ref())?
     {
         compilation = after;
         ends = compilation.forgive_open_ends();

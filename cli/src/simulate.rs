@@ -3,13 +3,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use hyd_compiler::{Extras, Goal};
+use hyd_compiler::{Compilation, Diagnostic, Extras, Goal};
 use hyd_report::{Curve, Figure};
 use hyd_results::{Discard, partial, write_whole};
 use hyd_run::{InputTable, Recorder, RunArguments, Status, check_target, check_usage, finish, interrupt, tell};
+use hyd_runtime::SolveError;
 use hyd_verbs::picture::{check_picture, write_picture};
 use hyd_verbs::unit::is_unit;
-use hyd_verbs::{Joined, Run, profile_page, rescue_diagnostic, run_diagnostic, with_whole_loops};
+use hyd_verbs::{
+    Healing, Joined, Request, Run, Trials, profile_page, rescue_diagnostic, run_diagnostic, with_whole_loops,
+};
 
 use crate::arguments::Simulate;
 use crate::translate::{self, translate_with};
@@ -85,9 +88,46 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     let printed = tell(&outcome.summary, arguments.run.json, format);
     let Err(error) = outcome.result else { return printed };
     Err(finish(&outcome.summary, error, &|error, kept| {
-        let diagnostic = run_diagnostic(error, &compilation.files, compilation.flat.as_deref(), kept);
+        let mut diagnostic = run_diagnostic(error, &compilation.files, compilation.flat.as_deref(), kept);
+        // What reads a recording or another tool's unit is no small thing to run again.
+        if table.is_none() && units.is_none() {
+            tell_healing(healing(arguments, &compilation, error, &diagnostic), &mut diagnostic);
+        }
         translate::report(&compilation.files, &[diagnostic], format);
     }))
+}
+
+/// Small changes of the text after which the model runs to its end.
+fn healing(arguments: &Simulate, compilation: &Compilation, error: &SolveError, diagnostic: &Diagnostic) -> Healing {
+    let model = &arguments.model;
+    let request = Request { class: model.model.clone(), set: model.set.clone(), goal: Goal::Run };
+    let libraries = model.libraries.libraries();
+    let trials = Trials {
+        file: &model.file,
+        libraries: &libraries,
+        request: &request,
+        strict_units: model.strict_units,
+        run: &arguments.run,
+    };
+    let mut messages = compilation.diagnostics.clone();
+    messages.push(diagnostic.clone());
+    trials.healing(compilation, &messages, Some(error))
+}
+
+/// Says what heals a run that failed; what is clear stands in the first sentence.
+fn tell_healing(healing: Healing, diagnostic: &mut Diagnostic) {
+    if healing.is_vague {
+        return;
+    }
+    if let (true, Some(first)) = (healing.is_clear, healing.proposals.first()) {
+        diagnostic.notes.retain(|own| *own != first.message);
+        diagnostic.message.push_str(&format!("; it runs after this change: {}", first.message));
+    }
+    for proposal in healing.proposals.iter().skip(usize::from(healing.is_clear)) {
+        let also = if healing.is_clear { "also " } else { "" };
+        diagnostic.notes.push(format!("it {also}runs after this change: {}", proposal.message));
+    }
+    diagnostic.proposals.extend(healing.proposals);
 }
 
 /// Options that are about units.

@@ -23,6 +23,13 @@ pub struct Counters {
     time_events: u64,
 }
 
+impl Counters {
+    /// Events of both kinds.
+    pub fn events(&self) -> u64 {
+        self.state_events + self.time_events
+    }
+}
+
 impl From<&Statistics> for Counters {
     fn from(s: &Statistics) -> Self {
         Self {

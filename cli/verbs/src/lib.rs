@@ -37,6 +37,7 @@ pub mod study;
 mod study_unit;
 pub mod sweep;
 mod translate;
+mod trials;
 pub mod unit;
 pub mod unit_text;
 
@@ -52,3 +53,4 @@ pub use run::Run;
 pub use run_failure::diagnostic as run_diagnostic;
 pub use start_values::{rescue_diagnostic, start_warning};
 pub use translate::{Libraries, Request, compile_file, compile_text, first_name, with_whole_loops};
+pub use trials::{Healing, Trials, edited};

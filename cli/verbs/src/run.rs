@@ -7,8 +7,8 @@ use hyd_results::Sink;
 use hyd_run::{
     Beside, DONE_AGAIN, Facts, Failure, InputTable, Outcome, RunArguments, WHOLE_LOOPS, options, parameters,
 };
-use hyd_runtime::SolveError;
-use hyd_system::DaeSystem;
+use hyd_runtime::{Options, SolveError};
+use hyd_system::{DaeSystem, significant};
 
 use crate::Joined;
 
@@ -104,6 +104,26 @@ impl Run<'_> {
             unit: None,
         };
         let beside = Beside { drawn: self.drawn, into: Some(into), stop, progress: self.progress };
-        hyd_run::simulate(system, arguments, &options, facts, beside)
+        let mut outcome = hyd_run::simulate(system, arguments, &options, facts, beside)?;
+        if arguments.stop.is_none() && experiment.stop.is_none() {
+            outcome.summary.warnings.extend(ends_too_early(system, &options, &outcome));
+        }
+        Ok(outcome)
     }
+}
+
+/// What to say of a run that ends where runs end by default, before anything has happened in it.
+fn ends_too_early(system: &mut dyn DaeSystem, options: &Options, outcome: &Outcome) -> Option<String> {
+    if outcome.result.is_err() || outcome.summary.counters.events() > 0 {
+        return None;
+    }
+    let first = system.next_time_event(options.start);
+    let is_after = first.t.is_finite() && first.t > options.stop && !first.is_input;
+    is_after.then(|| {
+        let (stop, first) = (significant(options.stop), significant(first.t));
+        format!(
+            "nothing has happened when the run ends at {stop} s, where runs end by default: the first event is at {first} s; \
+             add `annotation(experiment(StopTime = ...))` to the model, or give `--stop`"
+        )
+    })
 }

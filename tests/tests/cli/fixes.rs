@@ -56,6 +56,62 @@ fn where_nothing_is_proposed_nothing_is_written() {
     }
 }
 
+/// Nothing that the translation says is wrong: only the run and the model's own assertion tell.
+#[test]
+fn changes_are_tried_where_only_the_run_fails() {
+    let folder = Scratch::new();
+    let text = "model Boiler\n  parameter Real m(unit = \"kg\") = 50;\n  \
+                parameter Real c(unit = \"J/(kg.K)\", nominal = 1e3) = 4.18;\n  parameter Real P(unit = \"W\") = 2000;\n  \
+                Real T(unit = \"K\", start = 288, fixed = true);\nequation\n  m*c*der(T) = P;\n  \
+                assert(T < 373, \"it boils\");\n  annotation(experiment(StopTime = 3600));\nend Boiler;\n";
+    folder.write("boiler.hyd", text);
+    let said = run(folder.path(), &["simulate", "boiler.hyd", "--message-format", "json"]);
+    let message: serde_json::Value = serde_json::from_str(said.stderr.lines().next().unwrap()).unwrap();
+    let at = text.find("4.18").unwrap();
+    let edit = &message["proposals"][0]["edits"][0];
+    assert_eq!((edit["start"].as_u64(), edit["text"].as_str()), (Some(at as u64), Some("4180")), "{message}");
+    assert!(message["message"].as_str().unwrap().contains("it runs after this change"), "{message}");
+    let outcome = run(folder.path(), &["check", "boiler.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert_eq!(folder.read("boiler.hyd"), text.replace("4.18", "4180"));
+    // A shorter run does not come to the assertion, so there is nothing to heal.
+    folder.write("boiler.hyd", text);
+    let short = run(folder.path(), &["check", "boiler.hyd", "--fix", "--stop", "1"]);
+    assert!(short.code == Some(0) && folder.read("boiler.hyd") == text, "{}", short.stdout);
+    assert_eq!(run(folder.path(), &["check", "boiler.hyd", "--stop", "1"]).code, Some(2));
+}
+
+/// Of two wires that short a source either can be cut: both are shown, none is cut.
+#[test]
+fn where_several_changes_heal_none_is_made() {
+    let folder = Scratch::new();
+    let text = "model Short\n  Hyd.Electrical.Sources.ConstantVoltage supply(V = 12);\n  \
+                Hyd.Electrical.Components.Resistor lamp(R = 6);\n  Hyd.Electrical.Components.Ground ground;\nequation\n  \
+                connect(supply.p, lamp.p);\n  connect(lamp.n, supply.n);\n  connect(supply.n, ground.p);\n  \
+                connect(supply.p, ground.p);\nend Short;\n";
+    folder.write("short.hyd", text);
+    let outcome = run(folder.path(), &["check", "short.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(1), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("several heal it") && folder.read("short.hyd") == text, "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("leave `connect(supply.p, ground.p)` out"), "{}", outcome.stdout);
+}
+
+#[test]
+fn a_run_that_ends_before_anything_happens_says_so() {
+    let folder = Scratch::new();
+    let text = |end: &str| {
+        format!(
+            "model Late\n  Real x(start = 0, fixed = true);\nequation\n  der(x) = if time < 5 then 0 else 1;\n{end}end Late;\n"
+        )
+    };
+    folder.write("late.hyd", &text(""));
+    let outcome = run(folder.path(), &["simulate", "late.hyd"]);
+    assert!(outcome.stderr.contains("the first event is at 5 s"), "{}{}", outcome.stdout, outcome.stderr);
+    assert_eq!(run(folder.path(), &["simulate", "late.hyd", "--stop", "1"]).stderr, "");
+    folder.write("late.hyd", &text("  annotation(experiment(StopTime = 2));\n"));
+    assert_eq!(run(folder.path(), &["simulate", "late.hyd"]).stderr, "");
+}
+
 #[test]
 fn proposals_are_told_to_programs() {
     let folder = Scratch::new();

@@ -27,7 +27,7 @@ fn start_values_are_set_by_the_name_of_the_variable() {
     let folder = Scratch::new();
     folder.write("m.hyd", "model M\n  model P\n    parameter Real s = 1;\n    Real x(start = s, fixed = true);\n    Real n;\n    Integer k(start = 1, fixed = true);\n  equation\n    der(x) = -x;\n    n = 2*x;\n    when time > 2 then\n      k = 2;\n    end when;\n  end P;\n  P p;\nend M;\n");
     let at_end = |set: &[&str]| {
-        let mut arguments = vec!["simulate", "m.hyd", "--tolerance", "1e-9", "--result", "r.csv"];
+        let mut arguments = vec!["simulate", "m.hyd", "--stop", "1", "--tolerance", "1e-9", "--result", "r.csv"];
         set.iter().for_each(|set| arguments.extend(["--set", set]));
         let outcome = run(folder.path(), &arguments);
         assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{set:?}");

@@ -1,0 +1,178 @@
+//! Small changes of a model's text, tried one after the other until some heal it.
+//!
+//! A model that fails is translated and run with each of the changes that [`hyd_compiler::changes`] gives, the likeliest first; those after
+//! which it translates without a further warning and runs to its end are what can be proposed.  How many are tried depends on the size of the
+//! model alone, so the answer is the same on every machine.
+
+use std::cell::Cell;
+use std::path::Path;
+
+use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
+use hyd_results::Discard;
+use hyd_run::{RunArguments, options};
+use hyd_runtime::{Simulator, SolveError};
+use hyd_system::DaeSystem;
+
+use crate::translate::{Libraries, Request, compile_text};
+
+/// Scalars of a model times changes that are tried of it: some seconds of work.
+const MOST_WORK: usize = 30_000;
+/// Changes that are tried of a model, at most.
+const MOST_TRIALS: usize = 400;
+/// Scalars that a model counts for whose equations could not be made.
+const UNKNOWN_SIZE: usize = 100;
+/// Steps of a run that is only tried, and of all of them together.
+const MOST_STEPS: u64 = 20_000;
+const ALL_STEPS: u64 = 200_000;
+/// Changes that are shown.
+const MOST_SHOWN: usize = 3;
+
+/// The model whose changes are tried.
+pub struct Trials<'a> {
+    /// The file of its text.
+    pub file: &'a Path,
+    /// Where other classes come from.
+    pub libraries: &'a Libraries,
+    /// The class, and parameters that are set.
+    pub request: &'a Request,
+    /// Units of all variables are demanded.
+    pub strict_units: bool,
+    /// The run that has to succeed.
+    pub run: &'a RunArguments,
+}
+
+/// What trying has brought.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Healing {
+    /// How many changes were tried.
+    pub tried: usize,
+    /// Those that heal, the likeliest first.
+    pub proposals: Vec<Proposal>,
+    /// One of them is likelier than anything else that heals.
+    pub is_clear: bool,
+    /// Little can be told from them: a sign turned round or an equation left out heals much that has another cause.
+    pub is_vague: bool,
+}
+
+impl Trials<'_> {
+    /// The changes after which the model translates and runs.  `messages`: all that was said of it, those of the run among them.
+    pub fn healing(&self, compilation: &Compilation, messages: &[Diagnostic], failure: Option<&SolveError>) -> Healing {
+        let name = self.file.display().to_string();
+        let Some(file) = compilation.files.ids().find(|&id| compilation.files.name(id).as_ref() == name.as_str())
+        else {
+            return Healing::default();
+        };
+        let mut trouble = Trouble::of(&compilation.diagnostics);
+        if let Some(failure) = failure.filter(|own| is_of_the_model(own)) {
+            trouble.run = true;
+            trouble.start = failure.time().is_some_and(|time| time <= self.start(compilation));
+            trouble.judged = matches!(failure, SolveError::Assertion { .. });
+        }
+        let most = self.most(compilation);
+        if !trouble.any() || most == 0 {
+            return Healing::default();
+        }
+        let text = compilation.files.text(file);
+        let model = compilation.flat.as_deref().map(|flat| (flat, &compilation.inferred_units[..]));
+        let tried = changes(&compilation.files, file, trouble, messages, model);
+        let mut healing = Healing::default();
+        let mut found: Option<(Rank, bool)> = None;
+        let steps = Cell::new(0);
+        for change in tried.into_iter().take(most) {
+            let kind = (change.rank, change.marked);
+            let is_done = found.is_some_and(|own| own != kind) || healing.proposals.len() == MOST_SHOWN;
+            if is_done || steps.get() > ALL_STEPS {
+                break;
+            }
+            let edits: Vec<&Edit> = change.proposal.edits.iter().collect();
+            let Some(first) = edits.first() else { continue };
+            healing.tried += 1;
+            // Of changes at one place the first that heals is as good as the others.
+            let is_place = first.span.start < first.span.end || change.rank == Rank::Guess;
+            let is_replaced = |own: &Edit| is_place && own.span == first.span;
+            let is_known = healing.proposals.iter().flat_map(|own| &own.edits).any(is_replaced);
+            if !is_known && self.is_healed(compilation, &name, &edited(text, &edits), (trouble, &steps)) {
+                found = Some(kind);
+                healing.proposals.push(change.proposal);
+            }
+        }
+        let any_would_do = |rank: Rank| matches!(rank, Rank::Sign | Rank::OtherEnds | Rank::Joined | Rank::LeftOut);
+        healing.is_vague = found.is_some_and(|(rank, _)| any_would_do(rank));
+        healing.is_clear = healing.proposals.len() == 1 || found.is_some_and(|(rank, _)| rank.first_is_best());
+        healing
+    }
+
+    /// Runs a model that was translated for runs; none where there is no code or the run is longer than trying allows.
+    pub fn failure(&self, compilation: &Compilation) -> Option<SolveError> {
+        match self.ran(compilation, None)? {
+            Err(SolveError::TooManySteps { .. }) | Ok(()) => None,
+            Err(error) => is_of_the_model(&error).then_some(error),
+        }
+    }
+
+    /// Translates without anything new to say and runs; where the start has failed, the start must be said whole.
+    /// Counts the steps of the run.
+    fn is_healed(&self, before: &Compilation, name: &str, text: &str, (trouble, steps): (Trouble, &Cell<u64>)) -> bool {
+        let Ok(mut sources) = self.libraries.path(self.file, text) else { return false };
+        let request = Request { goal: Goal::Run, ..self.request.clone() };
+        let extras = Extras { strict_units: self.strict_units, ..Extras::default() };
+        let after = compile_text(&mut sources, name, text, &request, &extras);
+        let is_new = |own: &Diagnostic| {
+            own.severity == Severity::Note && trouble.start
+                || before.diagnostics.iter().all(|known| known.message != own.message)
+        };
+        !after.has_errors()
+            && !after.diagnostics.iter().any(is_new)
+            && matches!(self.ran(&after, Some(steps)), Some(Ok(())))
+    }
+
+    /// A run without results; one that finds its start elsewhere than where it was told to look fails.
+    /// `steps`: of a change that is tried; it has to lead to a start at once, and its steps are counted.
+    fn ran(&self, compilation: &Compilation, steps: Option<&Cell<u64>>) -> Option<Result<(), SolveError>> {
+        let model = compilation.model.as_ref()?;
+        let mut options = options(self.run, &model.payload().experiment).ok()?;
+        options.max_steps = options.max_steps.min(MOST_STEPS);
+        options.sensitivity = Vec::new();
+        options.rescue = steps.is_none();
+        let mut system = model.on(hyd_payload::Backend::Native).ok()?.instantiate();
+        hyd_run::parameters::apply(&mut system, &self.request.set, &compilation.set_at_translation).ok()?;
+        let mut simulator = Simulator::new(system.structure());
+        let ran = simulator.run(&mut system, &options, &mut Discard, &hyd_run::interrupt::requested);
+        if let Some(steps) = steps {
+            steps.set(steps.get() + simulator.statistics().steps);
+        }
+        match simulator.rescue() {
+            Some(_) => None,
+            None => Some(ran.map(|_| ())),
+        }
+    }
+
+    fn start(&self, compilation: &Compilation) -> f64 {
+        let experiment = compilation.model.as_ref().map(|model| model.payload().experiment);
+        self.run.start.or(experiment.and_then(|own| own.start)).unwrap_or(0.0)
+    }
+
+    fn most(&self, compilation: &Compilation) -> usize {
+        let scalars = compilation
+            .flat
+            .as_deref()
+            .map_or(UNKNOWN_SIZE, |flat| flat.variables.iter().map(|block| block.count as usize).sum::<usize>().max(1));
+        (MOST_WORK / scalars).min(MOST_TRIALS)
+    }
+}
+
+/// The text with changes made that do not meet.
+pub fn edited(text: &str, edits: &[&Edit]) -> String {
+    let mut edits = edits.to_vec();
+    edits.sort_by_key(|edit| (edit.span.start, edit.span.end));
+    let mut text = text.to_string();
+    for edit in edits.into_iter().rev() {
+        text.replace_range(edit.span.start as usize..edit.span.end as usize, &edit.text);
+    }
+    text
+}
+
+/// True for failures that a change of the text may heal.
+fn is_of_the_model(error: &SolveError) -> bool {
+    !matches!(error, SolveError::Option(_) | SolveError::Interrupted { .. } | SolveError::Sink { .. })
+}
