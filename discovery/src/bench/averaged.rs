@@ -134,6 +134,8 @@ fn neighbours(bench: &Bench, study: &Study, scatters: &BTreeMap<&str, Scatters>)
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use hyd_system::math::{cos, exp};
     use hyd_system::random::SplitMix;
 
@@ -148,7 +150,7 @@ mod tests {
         let mut draws = SplitMix(4);
         let times: Vec<f64> = (0..100_000).map(|k| 1e-4 * f64::from(k)).collect();
         let value = |&t: &f64| {
-            let exact = exp(-0.1 * t) * cos(6.28 * t) + if t > 2.0 { flank } else { 0.0 } + noise * draws.normal();
+            let exact = exp(-0.1 * t) * cos(TAU * t) + if t > 2.0 { flank } else { 0.0 } + noise * draws.normal();
             if step > 0.0 { (exact / step).round() * step } else { exact }
         };
         let values = [("y".to_string(), times.iter().map(value).collect())].into_iter().collect();
@@ -172,7 +174,7 @@ mod tests {
         let own = averaged(bench(3e-3, 0.0, 0.0), "");
         assert_eq!((own.averaged, own.shots[0].times.len()), (25, 4000));
         let (times, values) = (&own.shots[0].times, &own.shots[0].values["y"]);
-        let off = times.iter().zip(values).map(|(&t, y)| y - exp(-0.1 * t) * cos(6.28 * t));
+        let off = times.iter().zip(values).map(|(&t, y)| y - exp(-0.1 * t) * cos(TAU * t));
         let left = (off.map(|own| own * own).sum::<f64>() / 4000.0).sqrt();
         assert!((left / own.noise["y"] - 1.0).abs() < 0.05 && (own.noise["y"] / 6e-4 - 1.0).abs() < 1e-9, "{left}");
         // With little noise fewer neighbours are alike: 40 /s2 over (m 1e-4 s)2 is to stay below 12 deviations of a mean.

@@ -104,11 +104,11 @@ fn a_run_that_ends_before_anything_happens_says_so() {
             "model Late\n  Real x(start = 0, fixed = true);\nequation\n  der(x) = if time < 5 then 0 else 1;\n{end}end Late;\n"
         )
     };
-    folder.write("late.hyd", &text(""));
+    folder.write("late.hyd", text(""));
     let outcome = run(folder.path(), &["simulate", "late.hyd"]);
     assert!(outcome.stderr.contains("the first event is at 5 s"), "{}{}", outcome.stdout, outcome.stderr);
     assert_eq!(run(folder.path(), &["simulate", "late.hyd", "--stop", "1"]).stderr, "");
-    folder.write("late.hyd", &text("  annotation(experiment(StopTime = 2));\n"));
+    folder.write("late.hyd", text("  annotation(experiment(StopTime = 2));\n"));
     assert_eq!(run(folder.path(), &["simulate", "late.hyd"]).stderr, "");
 }
 

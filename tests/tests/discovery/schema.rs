@@ -216,7 +216,7 @@ fn no_field_is_missing() {
     let fields: BTreeSet<&str> = Bench::KEYS.iter().chain(&Bench::REMARKS).copied().collect();
     assert_eq!(known, fields);
     // The keys are those of the structure that is read.
-    let text = fs::read_to_string(root().join("discovery/src/bench.rs")).expect("the source");
+    let text = fs::read_to_string(root().join("discovery/src/bench/mod.rs")).expect("the source");
     let (_, rest) = text.split_once("struct Stated {\n").expect("the structure");
     let body = rest.split_once("\n}").expect("its end").0;
     let names = body.lines().filter_map(|line| line.trim().split_once(": ")).map(|(name, _)| name);
