@@ -5,13 +5,16 @@ use serde_json::{Value, json};
 
 use super::{AllGaps, Scene, number};
 use crate::data::{Data, Trace};
-use crate::disturbance::{Added, Level, Spike};
+use crate::disturbance::{Added, Level, ROOM, Spike};
 use crate::magnitude::shown;
 use crate::search::{Alike, Findings, Refuted, Status};
 use crate::unknowns::Meaning;
 
 /// A channel with a gap below this is noisier by what was stated than it is.
 const OVERSTATED: f64 = 0.6;
+/// Drift beyond what sensors of industry state (one to two per cent of their span): part of the range of the channel, and standard deviations of its
+/// noise where it shows little else.
+const USUAL_DRIFT: (f64, f64) = (0.02, 20.0);
 /// Spikes that are listed.
 const MOST: usize = 10;
 /// Share of the excess below which what is left is not worth a sentence where it is next to nothing beside noise, too.
@@ -66,7 +69,14 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         let frequency = if let Added::Hum(frequency) = own.added { number(frequency) } else { Value::Null };
         let channel = name(own.channel);
         added.push(json!({"channel": channel, "kind": kind, "frequency": frequency, "amplitude": number(sigma)}));
-        sentences.push(format!("{words} in {channel}, about {sigma:.1e} {}", unit(own.channel)));
+        let (info, size) = (&data.channels[own.channel], own.sigma / ROOM);
+        let is_too_much =
+            own.added == Added::Drift && size > USUAL_DRIFT.0 * info.range && size > USUAL_DRIFT.1 * info.noise.sigma;
+        let doubt = match is_too_much {
+            true => ", which is more than measuring chains drift: the model may lack something slow",
+            false => "",
+        };
+        sentences.push(format!("{words} in {channel}, about {sigma:.1e} {}{doubt}", unit(own.channel)));
     }
     let mut scatter = Vec::new();
     for own in &found.scatter {
