@@ -38,6 +38,11 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
     if arguments.rate.is_some_and(|rate| !(rate > 0.0 && rate.is_finite())) {
         return Err(Failure::Usage("--rate: expected a positive number of samples per second".to_string()));
     }
+    if arguments.rate.is_some() && arguments.drop_repeated {
+        let sentence =
+            "--drop-repeated is about times that files record, and --rate stands for those of files that record none";
+        return Err(Failure::Usage(sentence.to_string()));
+    }
     if arguments.source.is_dir() { folder(arguments) } else { again(arguments) }
 }
 

@@ -3,16 +3,19 @@
 //! A recorder of 10 kHz shows a pendulum in hundreds of thousands of rows, and every run of a fit pays for each of them.  The mean of `m`
 //! samples over the time `T = m h` differs from the signal at its middle by `x'' T^2/24` (Taylor's theorem), and the second difference of such means is
 //! `x'' T^2`: it says what the mean loses.  As many neighbours are taken together as leave that below the noise of a mean everywhere in all records; where one of them
-//! has a flank, no two are.  Correlated noise is averaged less: the variance of the mean of `m` samples of an AR(1) process is that of Box and
+//! has a flank, no two are.  More and more neighbours are tried until some lose something: means over whole periods of a vibration would show nothing of it.
+//! The means have to scatter as those of the stated noise do, by their own differences ([`scatter`]): a vibration in the noise makes them scatter more, as does
+//! noise that is correlated and was not said to be.  Correlated noise is averaged less: the variance of the mean of `m` samples of an AR(1) process is that of Box and
 //! Jenkins, "Time Series Analysis", section 2.1.  A signal that is read in steps wider than its noise keeps the error of its steps.
 
 use std::collections::BTreeMap;
 
-use hyd_system::math::square;
+use hyd_system::math::{ln, square};
 
 use crate::bench::noise::Noise;
 use crate::bench::shot_table;
 use crate::bench::{Bench, Shot};
+use crate::fault::Fault;
 use crate::record::{sampling, scatter};
 use crate::study::Study;
 
@@ -21,10 +24,18 @@ const LONG: usize = 8000;
 const LEFT: usize = 4000;
 /// The same by window, as a multiple of the fewest rows of one.
 const OF_A_WINDOW: usize = 10;
-/// Largest second difference of means, in standard deviations of their noise: half of one is lost then, and noise alone reaches eleven in a hundred thousand rows.
+/// Largest second difference of means, in standard deviations of their noise: half of one is lost then.  Of so many rows noise alone may reach more.
 const LOST: f64 = 12.0;
-/// Numbers of neighbours that are tried, each as a part of the one before.
-const NEXT: f64 = 0.8;
+/// How far beyond the largest of so many normal numbers, which is about `sqrt(2 ln n)`, none of them lies.
+const BEYOND: f64 = 1.0;
+/// Numbers of neighbours that are tried, each as a multiple of the one before.
+const NEXT: f64 = 1.25;
+/// Means may scatter so many times as much as those of the noise that single samples show, beside what chance makes of so few.
+const SCATTER: f64 = 1.15;
+/// Deviations of a scatter by chance, of which that of `n` numbers has a standard deviation of about `1.5/sqrt(n)` by quartiles of differences.
+const CHANCE: f64 = 6.0;
+/// Share of the values of a column that means may leave out.
+const MOST_LEFT_OUT: f64 = 0.5;
 /// Share of steps of time that may be uneven.
 const UNEVEN: f64 = 0.01;
 /// Steps of this many standard deviations of the noise are smoothed by it (Widrow, Kollar, "Quantization Noise", 2008, section 5.5).
@@ -54,12 +65,15 @@ fn share(count: usize, rho: f64) -> f64 {
 
 /// Takes the means of neighbours in all shots of a set, as many as the study says or the records allow, and lowers its noise by them.  A shot is
 /// a whole table.
-pub(crate) fn average(bench: &mut Bench, study: &Study) {
+///
+/// # Errors
+/// Where the study asks for means and a column has values in too few rows for them.
+pub(crate) fn average(bench: &mut Bench, study: &Study) -> Result<(), Fault> {
     let names: Vec<&str> = study.channels.keys().map(String::as_str).collect();
     let names: Vec<&str> =
         names.into_iter().filter(|name| bench.shots.iter().any(|shot| shot.values.contains_key(*name))).collect();
     // Without noise a fit is refused, which is not said here.
-    let Ok(noises) = Noise::of_all(bench, study, &names) else { return };
+    let Ok(noises) = Noise::of_all(bench, study, &names) else { return Ok(()) };
     let scatters: BTreeMap<&str, Scatters> = names
         .iter()
         .zip(noises)
@@ -75,17 +89,37 @@ pub(crate) fn average(bench: &mut Bench, study: &Study) {
         .collect();
     let count = study.shots.average.unwrap_or_else(|| neighbours(bench, study, &scatters));
     if count < 2 {
-        return;
+        return Ok(());
     }
     for shot in &mut bench.shots {
+        let rows = shot.times.len();
+        if rows < count {
+            return Err(Fault::new(format!("`average = {count}` in `[shots]`: `{}` has only {rows} rows", shot.file)));
+        }
         shot.times = means(&shot.times, count);
-        shot.values.values_mut().for_each(|values| *values = means(values, count));
+        for (name, values) in &mut shot.values {
+            let before = values.iter().filter(|value| value.is_finite()).count();
+            *values = means(values, count);
+            let kept = values.iter().filter(|value| value.is_finite()).count() * count;
+            if (kept as f64) < (1.0 - MOST_LEFT_OUT) * before as f64 {
+                return Err(Fault::new(format!(
+                    "`average = {count}` in `[shots]` needs a value in each row that it takes together: of {before} values of `{name}` in `{}` only {kept} stand in such rows",
+                    shot.file
+                )));
+            }
+        }
     }
     for (name, own) in scatters {
-        bench.noise.insert(name.to_string(), own.free.0 * share(count, own.free.1).sqrt());
+        let stated = own.free.0 * share(count, own.free.1).sqrt();
+        // Noise that was not said to be correlated is averaged less than that.
+        let shown = bench.shots.iter().filter_map(|shot| scatter(&shot.times, shot.values.get(name)?));
+        let shown = shown.filter(|shown| shown.is_settled && own.kept == 0.0).map(|shown| shown.sigma);
+        let shown = shown.filter(|sigma| *sigma > SCATTER * stated);
+        bench.noise.insert(name.to_string(), shown.fold(stated, f64::max));
         bench.quantisation.insert(name.to_string(), own.kept * 12.0_f64.sqrt());
     }
     bench.averaged = count;
+    Ok(())
 }
 
 /// Means of so many neighbours; what is left over at the end is left out, and a mean over a gap is one.
@@ -105,31 +139,58 @@ fn neighbours(bench: &Bench, study: &Study, scatters: &BTreeMap<&str, Scatters>)
     if bench.shots.is_empty() || !bench.shots.iter().all(is_fit) {
         return 1;
     }
-    let records: Vec<(&[f64], &Scatters, f64)> = bench
+    let records: Vec<Record<'_>> = bench
         .shots
         .iter()
         .flat_map(|shot| {
             shot.values.iter().filter_map(|(name, values)| {
                 let own = scatters.get(name.as_str())?;
-                // What the record shows is more than what is stated, or less.
-                let found = scatter(&shot.times, values).map_or(1.0, |found| found.sigma / own.of_mean(1));
-                Some((&values[..], own, found.max(1.0)))
+                let shown = scatter(&shot.times, values).map_or(1.0, |found| found.sigma / own.of_mean(1));
+                Some(Record { times: &shot.times, values, own, shown })
             })
         })
         .collect();
-    let is_lossless = |count: usize| {
-        records.iter().all(|(values, own, more)| {
-            let means = means(values, count);
-            let most = LOST * more * own.of_mean(count);
-            means.windows(3).all(|own| (own[0] - 2.0 * own[1] + own[2]).abs() <= most)
-        })
-    };
     let rows = bench.shots.iter().map(|shot| shot.times.len()).min().unwrap_or(0);
-    let mut count = rows / left;
-    while count > 1 && !is_lossless(count) {
-        count = (NEXT * count as f64) as usize;
+    let most = rows / left;
+    let (mut kept, mut next) = (1, 2);
+    while next <= most && records.iter().all(|own| own.is_lossless(next)) {
+        kept = next;
+        if next == most {
+            break;
+        }
+        next = ((NEXT * next as f64).ceil() as usize).min(most);
     }
-    count.max(1)
+    kept
+}
+
+/// One channel of one shot.
+struct Record<'a> {
+    times: &'a [f64],
+    values: &'a [f64],
+    own: &'a Scatters,
+    /// How many times the stated noise neighbouring samples show.
+    shown: f64,
+}
+
+impl Record<'_> {
+    /// True if means of so many neighbours show all that these do.
+    fn is_lossless(&self, count: usize) -> bool {
+        // What the record shows may be more than what is stated.
+        let noise = self.shown.max(1.0) * self.own.of_mean(count);
+        let means_of = means(self.values, count);
+        // A second difference of white noise has six times its variance.
+        let by_chance = 6.0_f64.sqrt() * ((2.0 * ln(means_of.len() as f64)).sqrt() + BEYOND);
+        let lost = LOST.max(by_chance) * noise;
+        if means_of.windows(3).any(|own| (own[0] - 2.0 * own[1] + own[2]).abs() > lost) {
+            return false;
+        }
+        let Some(shown) = scatter(&means(self.times, count), &means_of) else { return true };
+        let most = SCATTER + CHANCE / (shown.samples as f64).sqrt();
+        // Neighbours of correlated noise show less than all of it, and their means do not show less in the same way.  Steps are not averaged.
+        let expected = if self.own.kept > 0.0 { noise } else { self.shown * self.own.of_mean(count) };
+        // Where the signal changes too much between means to tell, what it changes is in their second differences.
+        !shown.is_settled || shown.sigma <= most * expected
+    }
 }
 
 #[cfg(test)]
@@ -165,7 +226,7 @@ mod tests {
 
     fn averaged(mut bench: Bench, more: &str) -> Bench {
         let study = Study::parse(&format!("{STUDY}{more}")).unwrap_or_else(|fault| panic!("{fault}"));
-        average(&mut bench, &study);
+        average(&mut bench, &study).unwrap_or_else(|fault| panic!("{fault}"));
         bench
     }
 
@@ -194,6 +255,57 @@ mod tests {
         let mut gap = bench(3e-3, 0.0, 0.0);
         gap.shots[0].values.values_mut().for_each(|values| values[500] = f64::NAN);
         assert_eq!(averaged(gap, "").averaged, 0);
+    }
+
+    /// 80 s at 10 kHz of this signal of the time and noise, of which neighbours are alike.
+    fn vibration(signal: impl Fn(f64) -> f64, noise: f64, rho: f64) -> Bench {
+        let mut draws = SplitMix(9);
+        let mut own = 0.0;
+        let times: Vec<f64> = (0..800_000).map(|k| 1e-4 * f64::from(k)).collect();
+        let mut value = |&t: &f64| {
+            own = rho * own + (1.0 - rho * rho).sqrt() * draws.normal();
+            signal(t) + noise * own
+        };
+        let values = [("y".to_string(), times.iter().map(&mut value).collect())].into_iter().collect();
+        Bench {
+            noise: [("y".to_string(), noise)].into_iter().collect(),
+            shots: vec![Shot { number: 1, times, values, ..Shot::default() }],
+            ..Bench::default()
+        }
+    }
+
+    /// 200 rows, which would be left of it by the number of rows alone, are one period of 50 Hz.
+    #[test]
+    fn a_vibration_does_not_vanish_in_means_over_its_periods() {
+        for amplitude in [2.0, 5e-3] {
+            let own = averaged(vibration(|t| amplitude * cos(TAU * 50.0 * t), 0.01, 0.0), "");
+            assert!(own.averaged < 50, "{amplitude}: {}", own.averaged);
+            let peak = own.shots[0].values["y"].iter().fold(0.0_f64, |most, own| most.max(*own));
+            assert!(peak > 0.9 * amplitude, "{amplitude}: {peak}");
+        }
+        assert_eq!(averaged(vibration(|_| 1.0, 0.01, 0.0), "").averaged, 200);
+    }
+
+    /// The noise of the means is what they scatter by, whether the study asked for means or not.
+    #[test]
+    fn noise_that_is_correlated_without_having_been_said_to_be_is_seen_in_the_means() {
+        for more in ["", "[shots]\naverage = 50\n"] {
+            let own = averaged(vibration(|t| cos(TAU * 0.1 * t), 0.01, 0.9), more);
+            let off = own.shots[0].times.iter().zip(&own.shots[0].values["y"]).map(|(&t, y)| y - cos(TAU * 0.1 * t));
+            let count = own.shots[0].times.len() as f64;
+            let left = (off.map(|own| own * own).sum::<f64>() / count).sqrt();
+            assert!((left / own.noise["y"] - 1.0).abs() < 0.15, "{more}: {left} {:?}", own.noise);
+        }
+    }
+
+    #[test]
+    fn means_of_a_column_with_few_values_are_refused() {
+        let mut own = bench(3e-3, 0.0, 0.0);
+        let sparse = |k: usize| if k.is_multiple_of(10) { 1.0 } else { f64::NAN };
+        own.shots[0].values.insert("y".to_string(), (0..100_000).map(sparse).collect());
+        let study = Study::parse(&format!("{STUDY}[shots]\naverage = 10\n")).unwrap_or_else(|fault| panic!("{fault}"));
+        let fault = average(&mut own, &study).expect_err("refused").to_string();
+        assert!(fault.contains("of 10000 values of `y`") && fault.contains("only 0"), "{fault}");
     }
 
     #[test]

@@ -203,7 +203,7 @@ impl Bench {
                 is_window: false,
             });
         }
-        average(&mut bench, study);
+        average(&mut bench, study)?;
         let tables = std::mem::take(&mut bench.shots);
         for shot in tables {
             let count = windows::count(study, stated.experiments.len(), shot.times.len());

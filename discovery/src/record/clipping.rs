@@ -1,7 +1,7 @@
 //! Clipping: samples that stand exactly at the largest or smallest value because the range of a sensor or recorder ends there.
 //!
 //! A clipped signal comes to its limit at speed, stays there to the last digit, and leaves at speed.  A part that rests (before the
-//! first or after the last move) is none, nor is a signal of two levels.  A part of a machine that is stopped at speed looks the same in a
+//! first or after the last move) is none, nor is a signal of two levels, nor are neighbours that noise leaves within one step of the numbers.  A part of a machine that is stopped at speed looks the same in a
 //! record without noise; where noise is seen elsewhere but not at the limit, the limit is that of the measuring chain ([`end_of_range`]).
 
 use hyd_system::math::{exp, powi};
@@ -106,8 +106,8 @@ fn share_within(deviations: f64) -> f64 {
     1.0 - sum * exp(-x * x)
 }
 
-/// Where a record is clipped; none where it is not.
-pub(crate) fn clipping(values: &[f64]) -> Option<Clipping> {
+/// Where a record with this noise is clipped; none where it is not.
+pub(crate) fn clipping(values: &[f64], noise: Option<&Scatter>) -> Option<Clipping> {
     let finite: Vec<(usize, f64)> = values.iter().copied().enumerate().filter(|(_, v)| v.is_finite()).collect();
     let (low, high) = finite.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &(_, v)| (l.min(v), h.max(v)));
     let between = finite.iter().filter(|(_, v)| *v > low && *v < high).count();
@@ -119,7 +119,10 @@ pub(crate) fn clipping(values: &[f64]) -> Option<Clipping> {
     if equal >= EQUAL * inner().count().max(1) as f64 {
         return None;
     }
-    let found = Clipping { top: limit(&finite, high, high - low), bottom: limit(&finite, low, high - low) };
+    let stepped = noise.filter(|own| own.step.is_some());
+    let is_shown = |own: &Limit| !stepped.is_some_and(|noise| is_chance(own.longest, noise, finite.len()));
+    let at = |value: f64| limit(&finite, value, high - low).filter(is_shown);
+    let found = Clipping { top: at(high), bottom: at(low) };
     (found.top.is_some() || found.bottom.is_some()).then_some(found)
 }
 
@@ -155,12 +158,12 @@ mod tests {
         let mut draws = SplitMix(4);
         let exact: Vec<f64> = (0..2000).map(|k| 12.0 * (f64::from(k) / 100.0).sin() + 0.05 * draws.normal()).collect();
         let clipped: Vec<f64> = exact.iter().map(|value| value.clamp(-20.0, 10.0)).collect();
-        let found = clipping(&clipped).unwrap();
+        let found = clipping(&clipped, None).unwrap();
         let beyond = exact.iter().filter(|value| **value >= 10.0).count();
         let top = found.top.unwrap();
         assert!(found.bottom.is_none() && top.value == 10.0, "{found:?}");
         assert!(top.samples <= beyond && top.samples + 30 > beyond && top.longest > 100, "{top:?}, {beyond} beyond");
-        assert_eq!(clipping(&exact), None);
+        assert_eq!(clipping(&exact, None), None);
     }
 
     /// A range that ends is told of noise that is missing there, at rest, too; a stop of the machine is not, nor is a recorder that shows
@@ -189,11 +192,27 @@ mod tests {
     fn rest_and_two_levels_are_not_clipping() {
         // At rest until it moves, and again afterwards.
         let lift: Vec<f64> = (0..600).map(|k| (f64::from(k - 200) / 100.0).clamp(0.0, 1.0)).collect();
-        assert_eq!(clipping(&lift), None);
+        assert_eq!(clipping(&lift, None), None);
         let trigger: Vec<f64> = (0..600).map(|k| if (100..300).contains(&k) { 5.0 } else { 0.0 }).collect();
-        assert_eq!((clipping(&trigger), clipping(&[1.0; 50]), clipping(&[])), (None, None, None));
+        assert_eq!((clipping(&trigger, None), clipping(&[1.0; 50], None), clipping(&[], None)), (None, None, None));
         // Coarse numbers stand still anywhere.
         let coarse: Vec<f64> = (0..2000).map(|k| (4.0 * (f64::from(k) / 150.0).sin()).round()).collect();
-        assert_eq!(clipping(&coarse), None);
+        assert_eq!(clipping(&coarse, None), None);
+    }
+
+    /// The temperature of a room, read in tenths of a degree: now and then noise stays within the highest step.
+    #[test]
+    fn noise_within_a_step_is_not_clipping() {
+        let mut draws = SplitMix(6);
+        let times: Vec<f64> = (0..720).map(|k| 5.0 * f64::from(k)).collect();
+        let of = |end: f64, draws: &mut SplitMix| -> Option<Clipping> {
+            let value = |t: &f64| 294.65 + 0.6 * (t / 400.0).sin() + 0.08 * draws.normal();
+            let values: Vec<f64> = times.iter().map(value).map(|own| (own.min(end) / 0.1).round() * 0.1).collect();
+            clipping(&values, scatter(&times, &values).as_ref())
+        };
+        for _ in 0..100 {
+            assert_eq!(of(300.0, &mut draws), None);
+        }
+        assert!(of(294.7, &mut draws).is_some_and(|own| own.bottom.is_none() && own.top.is_some()));
     }
 }

@@ -69,7 +69,7 @@ pub(crate) fn examine(times: &[f64], values: &[f64], trigger: f64) -> Option<Fin
         drift: drift(&times[..before.min(times.len())], &values[..before]),
         hum: hum(times, values),
         spikes: spikes(times, values),
-        clipping: clipping(values).and_then(|own| own.without(&stuck)),
+        clipping: clipping(values, noise.as_ref()).and_then(|own| own.without(&stuck)),
         stuck,
         gaps: sampling::gaps(times, values),
     })
