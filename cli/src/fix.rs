@@ -5,7 +5,7 @@
 //! proposes anything that heals, small changes are tried ([`Trials`]), and one after which the model translates and runs is made.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::path::Path;
 
 use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, FileId, Files, Goal, Proposal, Severity};
@@ -50,7 +50,7 @@ pub(crate) fn fix(
         }
     }
     let healing = tried(compilation, trials, failure);
-    if let (Some(proposal), true) = (healing.proposals.first(), healing.is_clear) {
+    if let (Some(proposal), true) = (healing.proposals.first(), healing.is_clear && !healing.is_a_guess) {
         let text = edited(before, &proposal.edits.iter().collect::<Vec<_>>());
         let after = translated(arguments, compilation, &name, &text)?;
         made(compilation, &name, &[proposal], path, &text)?;
@@ -65,7 +65,11 @@ pub(crate) fn fix(
         (None, 0) => output::print(&format!("{name}: no message proposes a change that can be made here\n"))?,
         (None, tried) => output::print(&format!(
             "{name}: no message proposes a change that can be made here; of {tried} small changes that were tried {}\n",
-            if healing.proposals.is_empty() { "none heals it" } else { "several heal it, and none was made" }
+            match healing.proposals.len() {
+                0 => "none heals it",
+                1 => "one brings it through, which may not be what is meant, and was not made",
+                _ => "several heal it, and none was made",
+            }
         ))?,
     }
     others(&compilation.files, &healing.proposals, "it runs after this change")?;
@@ -174,8 +178,8 @@ fn show(out: &mut String, files: &Files, proposal: &Proposal) {
         let before = &text[from..to];
         // Of what is put in before a line only that is new.
         let (before, after) = match after.strip_suffix(before.trim_start()) {
-            Some(put_in) => ("", put_in.trim_end().to_string()),
-            None => (before, after),
+            Some(put_in) if put_in.trim_end_matches([' ', '\t']).ends_with('\n') => ("", put_in.trim_end().to_string()),
+            _ => (before, after),
         };
         let mut print = |sign: char, lines: &str| {
             for line in lines.lines().filter(|line| !line.trim().is_empty()) {
@@ -189,7 +193,15 @@ fn show(out: &mut String, files: &Files, proposal: &Proposal) {
 
 /// Replaces the text of a file: the one writing over what was read.
 fn write(path: &Path, text: &str) -> std::io::Result<()> {
+    // The mark of UTF-8 at the beginning is no part of the text.
+    const MARK: &[u8] = b"\xef\xbb\xbf";
+    let mut first = [0; 3];
+    let has_mark = std::fs::File::open(path)?.read_exact(&mut first).is_ok() && first == MARK;
     let whole = WholeFile::rewrite(path)?;
-    whole.writer()?.write_all(text.as_bytes())?;
+    let mut writer = whole.writer()?;
+    if has_mark {
+        writer.write_all(MARK)?;
+    }
+    writer.write_all(text.as_bytes())?;
     whole.finish().map(|_| ())
 }

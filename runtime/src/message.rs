@@ -198,6 +198,17 @@ impl Display for SolveError {
 
 impl std::error::Error for SolveError {}
 
+impl SolveError {
+    /// True where a variable grows without bound, as it does where something has the wrong sign.
+    pub fn grows(&self) -> bool {
+        match self {
+            SolveError::StepTooSmall(report) => report.place.variable.is_some() && growth(&report.place).is_some(),
+            SolveError::NotFinite(report) => grown(&report.place).is_some(),
+            _ => false,
+        }
+    }
+}
+
 /// A variable that exceeds its value at the start, or 1, by this factor grows without bound.
 const GROWN: f64 = 1e6;
 

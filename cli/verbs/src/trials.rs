@@ -52,6 +52,8 @@ pub struct Healing {
     pub is_clear: bool,
     /// Little can be told from them: a sign turned round or an equation left out heals much that has another cause.
     pub is_vague: bool,
+    /// Nothing but that it runs speaks for it.
+    pub is_a_guess: bool,
 }
 
 impl Trials<'_> {
@@ -78,11 +80,20 @@ impl Trials<'_> {
         let mut healing = Healing::default();
         let mut found: Option<(Rank, bool)> = None;
         let steps = Cell::new(0);
-        for change in tried.into_iter().take(most) {
+        // What was not tried might heal as well.
+        let mut is_cut = false;
+        for (k, change) in tried.into_iter().enumerate() {
             let kind = (change.rank, change.marked);
-            let is_done = found.is_some_and(|own| own != kind) || healing.proposals.len() == MOST_SHOWN;
-            if is_done || steps.get() > ALL_STEPS {
+            let is_other = |own: (Rank, bool)| if own.0.first_is_best() { own != kind } else { own.0 != kind.0 };
+            if found.is_some_and(is_other) || healing.proposals.len() == MOST_SHOWN {
                 break;
+            }
+            is_cut = k == most || steps.get() > ALL_STEPS;
+            if is_cut {
+                break;
+            }
+            if hyd_run::interrupt::requested() {
+                return Healing::default();
             }
             let edits: Vec<&Edit> = change.proposal.edits.iter().collect();
             let Some(first) = edits.first() else { continue };
@@ -98,7 +109,15 @@ impl Trials<'_> {
         }
         let any_would_do = |rank: Rank| matches!(rank, Rank::Sign | Rank::OtherEnds | Rank::Joined | Rank::LeftOut);
         healing.is_vague = found.is_some_and(|(rank, _)| any_would_do(rank));
-        healing.is_clear = healing.proposals.len() == 1 || found.is_some_and(|(rank, _)| rank.first_is_best());
+        // Of signs that bring a run through many a one would, among them those that are not tried; an assertion says what is meant, and growth
+        // without bound that a sign is wrong.
+        healing.is_a_guess = found.is_some_and(|(rank, _)| match rank {
+            Rank::InferredUnit | Rank::AtOnce => true,
+            Rank::Sign => !trouble.judged && !failure.is_some_and(SolveError::grows),
+            _ => false,
+        });
+        let is_best = found.is_some_and(|(rank, _)| rank.first_is_best());
+        healing.is_clear = is_best || healing.proposals.len() == 1 && !is_cut;
         healing
     }
 
@@ -134,6 +153,7 @@ impl Trials<'_> {
         options.max_steps = options.max_steps.min(MOST_STEPS);
         options.sensitivity = Vec::new();
         options.rescue = steps.is_none();
+        let start = options.start;
         let mut system = model.on(hyd_payload::Backend::Native).ok()?.instantiate();
         hyd_run::parameters::apply(&mut system, &self.request.set, &compilation.set_at_translation).ok()?;
         let mut simulator = Simulator::new(system.structure());
@@ -141,9 +161,12 @@ impl Trials<'_> {
         if let Some(steps) = steps {
             steps.set(steps.get() + simulator.statistics().steps);
         }
-        match simulator.rescue() {
-            Some(_) => None,
-            None => Some(ran.map(|_| ())),
+        // A run that is ended where it begins shows nothing.
+        let shows_nothing = |summary: &hyd_runtime::Summary| summary.terminated.is_some() && summary.time <= start;
+        match (simulator.rescue(), ran) {
+            (Some(_), _) => None,
+            (None, Ok(summary)) if steps.is_some() && shows_nothing(&summary) => None,
+            (None, ran) => Some(ran.map(|_| ())),
         }
     }
 
@@ -165,9 +188,14 @@ impl Trials<'_> {
 pub fn edited(text: &str, edits: &[&Edit]) -> String {
     let mut edits = edits.to_vec();
     edits.sort_by_key(|edit| (edit.span.start, edit.span.end));
+    let ends_lines_as_windows_does = text.contains("\r\n");
     let mut text = text.to_string();
     for edit in edits.into_iter().rev() {
-        text.replace_range(edit.span.start as usize..edit.span.end as usize, &edit.text);
+        let new = match ends_lines_as_windows_does {
+            true => edit.text.replace("\r\n", "\n").replace('\n', "\r\n"),
+            false => edit.text.clone(),
+        };
+        text.replace_range(edit.span.start as usize..edit.span.end as usize, &new);
     }
     text
 }

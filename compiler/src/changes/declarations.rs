@@ -34,7 +34,8 @@ impl Found<'_> {
                 self.first_guess(component);
             }
             self.modification(&component.modification, &name, component.dims.is_empty());
-            if let Some(binding) = &component.modification.binding {
+            let is_limit = component.variability <= Variability::Parameter && self.is_asserted(&name);
+            if let Some(binding) = component.modification.binding.as_ref().filter(|_| !is_limit) {
                 match component.variability {
                     Variability::Continuous | Variability::Discrete => self.value(binding),
                     Variability::Parameter | Variability::Constant => self.expression(binding),
@@ -83,7 +84,13 @@ impl Found<'_> {
         for (k, (a, x)) in given.iter().enumerate() {
             for (b, y) in &given[k + 1..] {
                 let is_same = self.snippet(a.class.span) == self.snippet(b.class.span);
+                let is_meant = |own: &Component| self.is_asserted(&own.name.name);
+                // Integers are sizes: with thousands for three a model is another one.
+                let is_size = self.snippet(a.class.span) == "Integer";
                 if !is_same
+                    || is_size
+                    || is_meant(a)
+                    || is_meant(b)
                     || number(x) == number(y)
                     || a.modification.arguments.len() != b.modification.arguments.len()
                 {
@@ -121,6 +128,7 @@ impl Found<'_> {
                 match path.last() {
                     Some(&"fixed") => self.fixed(binding, owner),
                     Some(&"start") => self.start(arguments, binding, owner),
+                    _ if self.is_asserted(&format!("{owner}.{}", path.join("."))) => {}
                     _ => self.expression(binding),
                 }
             }

@@ -1,6 +1,6 @@
 //! Changes of equations and connections: ranges of loops, what holds at the start only, what is done when, ends of connections.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use hyd_source::Span;
 use hyd_syntax::tree::{
@@ -8,6 +8,8 @@ use hyd_syntax::tree::{
 };
 
 use hyd_system::significant;
+
+use hyd_syntax::visit::{Visitor, walk_expr};
 
 use super::{Found, Rank, is_named, number};
 
@@ -20,7 +22,13 @@ const FLOWS: [&str; 9] = ["f", "i", "q", "Q", "tau", "m_flow", "V_flow", "H_flow
 
 impl Found<'_> {
     /// Changes of the equations of a section.
-    pub(super) fn section(&mut self, section: &EquationSection, starts: &BTreeMap<String, String>) {
+    /// `starts`: the start values that declarations say, `settings`: parameters and constants of the class.
+    pub(super) fn section(
+        &mut self,
+        section: &EquationSection,
+        starts: &BTreeMap<String, String>,
+        settings: &BTreeSet<&str>,
+    ) {
         let first = section.equations.first().map(|own| own.span);
         for equation in &section.equations {
             self.equation(equation);
@@ -35,23 +43,27 @@ impl Found<'_> {
                         self.write(Rank::Start, equation.span, &text);
                     }
                     let edit = self.replaced(whole, "");
-                    let text = self.snippet(equation.span).to_string();
+                    let text = self.said(equation.span);
                     self.push(Rank::Start, format!("leave the initial equation `{text}` out"), vec![edit]);
                 }
-                (EquationKind::Equal(..), false) if self.trouble.too_many => {
+                (EquationKind::Equal(left, right), false) if self.trouble.too_many => {
                     let text = self.snippet(equation.span).to_string();
-                    if let Some(first) = first {
+                    // Only what says a value that does not change can have been meant for the start.
+                    let is_value = matches!(left.kind, ExprKind::Ref(_)) && is_setting(right, settings);
+                    if let Some(first) = first.filter(|_| is_value) {
                         let edits = vec![
                             self.edit(first.start, first.start, format!("initial equation\n  {text};\nequation\n  ")),
                             self.replaced(whole, ""),
                         ];
+                        let text = self.said(equation.span);
                         self.push(Rank::Start, format!("let `{text}` hold at the start only"), edits);
                     }
+                    let text = self.said(equation.span);
                     let edit = self.replaced(whole, "");
                     self.push(Rank::LeftOut, format!("leave `{text}` out"), vec![edit]);
                 }
                 (EquationKind::Connect(..), false) if self.trouble.too_many => {
-                    let text = self.snippet(equation.span).to_string();
+                    let text = self.said(equation.span);
                     let edit = self.replaced(whole, "");
                     self.push(Rank::LeftOut, format!("leave `{text}` out"), vec![edit]);
                 }
@@ -207,8 +219,9 @@ impl Found<'_> {
                 }
             }
         }
-        let asserts = |own: &Equation| matches!(&own.kind, EquationKind::Call(name, _) if is_named(name, "assert"));
-        if !self.trouble.run || branches.iter().flat_map(|(_, body)| body).any(asserts) {
+        let is_of_the_end = |name: &ComponentRef| is_named(name, "assert") || is_named(name, "terminate");
+        let judges = |own: &Equation| matches!(&own.kind, EquationKind::Call(name, _) if is_of_the_end(name));
+        if !self.trouble.run || branches.iter().flat_map(|(_, body)| body).any(judges) {
             return;
         }
         for (condition, _) in branches {
@@ -218,7 +231,7 @@ impl Found<'_> {
                     Some(rest) => format!("{{initial(), {rest}"),
                     None => format!("{{initial(), {text}}}"),
                 };
-                self.write(Rank::Moment, condition.span, &asked);
+                self.write(Rank::AtOnce, condition.span, &asked);
             }
         }
         if let [(condition, body)] = branches
@@ -320,4 +333,22 @@ impl Found<'_> {
             }
         }
     }
+}
+
+/// True for an expression of numbers and of these parameters.
+fn is_setting(expr: &Expr, settings: &BTreeSet<&str>) -> bool {
+    struct Reads<'a>(&'a BTreeSet<&'a str>, bool);
+    impl Visitor for Reads<'_> {
+        fn expr(&mut self, expr: &Expr) {
+            self.1 &= match &expr.kind {
+                ExprKind::Ref(of) => matches!(&of.parts[..], [only] if self.0.contains(&*only.name.name)),
+                ExprKind::Integer(_) | ExprKind::Real(_) | ExprKind::Unary(..) | ExprKind::Binary(..) => true,
+                _ => false,
+            };
+            walk_expr(self, expr);
+        }
+    }
+    let mut reads = Reads(settings, true);
+    reads.expr(expr);
+    reads.1
 }

@@ -14,8 +14,10 @@ use std::collections::BTreeSet;
 
 use hyd_flat::FlatModel;
 use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, Span};
-use hyd_syntax::tree::{ClassBody, ClassDef, Element, Equation, EquationKind, ExprKind};
-use hyd_syntax::visit::{Role, Visitor, walk_equation};
+use hyd_syntax::tree::{
+    ClassBody, ClassDef, Element, Equation, EquationKind, ExprKind, Statement, StatementKind, Variability,
+};
+use hyd_syntax::visit::{Role, Visitor, walk_equation, walk_statement};
 
 /// What has failed; several may be true at once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -74,12 +76,16 @@ pub enum Rank {
     Start,
     /// When something is done.
     Moment,
+    /// Something is done at the start, too, whatever its condition says.
+    AtOnce,
     /// Two numbers, two arguments or two sockets of a component exchanged.
     Exchanged,
     /// Another guess of an unknown.
     Guess,
     /// A number that may be of another unit by its size.
     OtherUnit,
+    /// The same of a number without a unit, by what its equations make of it.
+    InferredUnit,
     /// A connection that is missing.
     Joined,
     /// The sign of a term.
@@ -131,9 +137,12 @@ pub fn changes(
     let open = unconnected.flat_map(|own| own.message.split('`').skip(1).step_by(2)).map(str::to_string).collect();
     let asserted = BTreeSet::new();
     let mut found = Found { text, file, trouble, begins, marked, names, open, asserted, changes: Vec::new() };
+    let mut values = Vec::new();
     for class in &stored.classes {
         found.assertions(class);
+        found.values_of(class, &mut values);
     }
+    found.follow(&values);
     for class in &stored.classes {
         found.class(class);
     }
@@ -182,8 +191,10 @@ impl Found<'_> {
             })
             .collect();
         let starts = self.components(&components);
+        let settings = components.iter().filter(|own| own.variability <= Variability::Parameter);
+        let settings: BTreeSet<&str> = settings.map(|own| &*own.name.name).collect();
         for section in equations {
-            self.section(section, &starts);
+            self.section(section, &starts, &settings);
         }
         self.sockets(equations);
         self.missing(equations, &components);
@@ -204,13 +215,69 @@ impl Found<'_> {
                 walk_equation(self, equation);
                 self.1 = around;
             }
+            fn statement(&mut self, statement: &Statement) {
+                let around = self.1;
+                self.1 |= matches!(&statement.kind, StatementKind::Call(name, _) if is_named(name, "assert"));
+                walk_statement(self, statement);
+                self.1 = around;
+            }
         }
         for nested in hyd_instance::class::nested_classes(class) {
             self.assertions(&nested.class);
         }
-        let ClassBody::Long { equations, .. } = &class.body else { return };
+        let ClassBody::Long { equations, algorithms, .. } = &class.body else { return };
         let mut reads = Reads(&mut self.asserted, false);
         equations.iter().flat_map(|section| &section.equations).for_each(|own| reads.equation(own));
+        algorithms.iter().flat_map(|section| &section.statements).for_each(|own| reads.statement(own));
+    }
+
+    /// Collects what is given a value in a class, with the names that the value reads; of equations those that compare.
+    fn values_of(&self, class: &ClassDef, values: &mut Vec<(String, Vec<String>)>) {
+        for nested in hyd_instance::class::nested_classes(class) {
+            self.values_of(&nested.class, values);
+        }
+        let ClassBody::Long { elements, equations, .. } = &class.body else { return };
+        for equation in equations.iter().flat_map(|section| &section.equations) {
+            if let EquationKind::Equal(left, right) = &equation.kind
+                && let ExprKind::Ref(of) = &left.kind
+                && compares(right)
+            {
+                values.push((hyd_syntax::print_reference(of), read(right)));
+            }
+        }
+        for element in elements {
+            if let Element::Component(component) = element {
+                let name = component.name.name.to_string();
+                let own = &component.modification;
+                values.extend(own.binding.as_ref().map(|binding| (name.clone(), read(binding))));
+                modified(own, &name, values);
+            }
+        }
+    }
+
+    /// What assertions compare with may follow other numbers, which are as little to be changed.
+    fn follow(&mut self, values: &[(String, Vec<String>)]) {
+        loop {
+            let known = self.asserted.len();
+            for (_, reads) in values.iter().filter(|(name, _)| self.is_asserted(name)).collect::<Vec<_>>() {
+                self.asserted.extend(reads.iter().cloned());
+            }
+            if self.asserted.len() == known {
+                return;
+            }
+        }
+    }
+
+    /// True if an assertion may read this variable: names of a class and of an instance differ by what they stand in.
+    fn is_asserted(&self, name: &str) -> bool {
+        let name = without_subscripts(name);
+        let is_end_of = |long: &str, short: &str| {
+            long.strip_suffix(short).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'))
+        };
+        self.asserted
+            .iter()
+            .map(|own| without_subscripts(own))
+            .any(|own| is_end_of(&name, &own) || is_end_of(&own, &name))
     }
 
     fn is_marked(&self, span: Span) -> bool {
@@ -224,6 +291,11 @@ impl Found<'_> {
 
     fn snippet(&self, span: Span) -> &str {
         &self.text[span.start as usize..span.end as usize]
+    }
+
+    /// A stretch of text in one line.
+    fn said(&self, span: Span) -> String {
+        self.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
     fn edit(&self, from: u32, to: u32, text: impl Into<String>) -> Edit {
@@ -241,7 +313,11 @@ impl Found<'_> {
 
     /// A change of one stretch that is short enough to be said as it stands.
     fn write(&mut self, rank: Rank, span: Span, text: &str) {
-        let old = self.snippet(span).split_whitespace().collect::<Vec<_>>().join(" ");
+        let old = self.said(span);
+        let comments = |text: &str| text.matches("//").count() + text.matches("/*").count();
+        if comments(text) < comments(self.snippet(span)) {
+            return;
+        }
         let edit = self.replaced(span, text);
         self.push(rank, format!("write `{text}` for `{old}`"), vec![edit]);
     }
@@ -257,6 +333,58 @@ impl Found<'_> {
     }
 }
 
+/// What modifiers give a value, with the names that it reads.
+fn modified(modification: &hyd_syntax::tree::Modification, owner: &str, values: &mut Vec<(String, Vec<String>)>) {
+    for argument in &modification.arguments {
+        let hyd_syntax::tree::Argument::Modify(own) = argument else { continue };
+        let path: Vec<&str> = own.target.parts.iter().map(|part| &*part.name).collect();
+        let name = format!("{owner}.{}", path.join("."));
+        values.extend(own.modification.binding.as_ref().map(|binding| (name.clone(), read(binding))));
+        modified(&own.modification, &name, values);
+    }
+}
+
+/// True for conditions.
+fn compares(expr: &hyd_syntax::tree::Expr) -> bool {
+    use hyd_syntax::tree::{BinaryOp, UnaryOp};
+    match &expr.kind {
+        ExprKind::Unary(UnaryOp::Not, _) => true,
+        ExprKind::Binary(op, ..) => {
+            !matches!(op, BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Pow)
+        }
+        _ => false,
+    }
+}
+
+/// The names that an expression reads.
+fn read(expr: &hyd_syntax::tree::Expr) -> Vec<String> {
+    struct Reads(Vec<String>);
+    impl Visitor for Reads {
+        fn reference(&mut self, reference: &hyd_syntax::tree::ComponentRef, role: Role) {
+            if role == Role::Read {
+                self.0.push(hyd_syntax::print_reference(reference));
+            }
+        }
+    }
+    let mut reads = Reads(Vec::new());
+    reads.expr(expr);
+    reads.0
+}
+
+/// A name without what stands in brackets.
+fn without_subscripts(name: &str) -> String {
+    let mut depth = 0_usize;
+    let outside = |c: &char| {
+        depth = match c {
+            '[' => depth + 1,
+            ']' => depth.saturating_sub(1),
+            _ => depth,
+        };
+        depth == 0 && *c != ']'
+    };
+    name.chars().filter(outside).collect()
+}
+
 /// True for a reference of one part with this name.
 fn is_named(reference: &hyd_syntax::tree::ComponentRef, name: &str) -> bool {
     matches!(&reference.parts[..], [only] if &*only.name.name == name)
@@ -270,5 +398,92 @@ fn number(expr: &hyd_syntax::tree::Expr) -> Option<f64> {
         ExprKind::Real(value) => Some(*value),
         ExprKind::Unary(UnaryOp::Minus, of) => number(of).map(|value| -value),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hyd_source::{Code, Diagnostic, Files, Span};
+
+    use super::{Rank, Trouble, changes};
+
+    /// The texts that come of a text, with their ranks; the message marks the line with these words.
+    fn texts(text: &str, trouble: Trouble, marked: &str) -> Vec<(Rank, String)> {
+        let mut files = Files::new();
+        let file = files.add("m.mo", text);
+        let at = text.find(marked).expect("it is there");
+        let message = Diagnostic::error(Code::Run, "it fails").at(Span::new(file, at, at + marked.len()), "");
+        let found = changes(&files, file, trouble, &[message], None);
+        let made = found.into_iter().map(|change| {
+            let mut text = text.to_string();
+            let mut edits = change.proposal.edits.clone();
+            edits.sort_by_key(|own| own.span.start);
+            for edit in edits.iter().rev() {
+                text.replace_range(edit.span.start as usize..edit.span.end as usize, &edit.text);
+            }
+            (change.rank, text)
+        });
+        made.collect()
+    }
+
+    #[test]
+    fn each_slip_is_undone() {
+        let run = Trouble { run: true, ..Trouble::default() };
+        let start = Trouble { start: true, ..run };
+        let text = Trouble { text: true, ..Trouble::default() };
+        let too_many = Trouble { too_many: true, ..Trouble::default() };
+        for (trouble, rank, before, after) in [
+            (run, Rank::Sign, "m*der(v) = k*s - d*v", "m*der(v) = -k*s - d*v"),
+            (run, Rank::Sign, "m*der(v) = k*s - d*v", "m*der(v) = k*s + d*v"),
+            (run, Rank::Sign, "q = -g*(p - 1)", "q = g*(p - 1)"),
+            (run, Rank::Marked, "q = sqrt(p - 1)", "q = sign(p - 1)*sqrt(abs(p - 1))"),
+            (run, Rank::Marked, "q = (p - 1)^1.25", "q = sign(p - 1)*abs(p - 1)^1.25"),
+            (run, Rank::AtOnce, "when h > 1 then n = 2*h; end when", "when {initial(), h > 1} then n = 2*h; end when"),
+            (run, Rank::Moment, "when h > 1 then n = 2*h; end when", "n = if h > 1 then 2*h else 0"),
+            (text, Rank::Loop, "for i in 0:n - 1 loop x[i] = 1; end for", "for i in 1:n loop x[i] = 1; end for"),
+            (text, Rank::Loop, "for i in 1:n - 2 loop x[i] = 1; end for", "for i in 1:n - 1 loop x[i] = 1; end for"),
+            (text, Rank::Exchanged, "q = f(a + 1, b)", "q = f(b, a + 1)"),
+            (too_many, Rank::LeftOut, "x = 1", ""),
+        ] {
+            let whole = |own: &str| match own {
+                "" => "model M\nequation\n  \nend M;\n".to_string(),
+                own => format!("model M\nequation\n  {own};\nend M;\n"),
+            };
+            let found = texts(&whole(before), trouble, before);
+            assert!(found.contains(&(rank, whole(after))), "{before}: {found:#?}");
+        }
+        // What holds at the start is a value that does not change.
+        let with = |own: &str| format!("model M\n  parameter Real a = 2;\n  Real x;\nequation\n  {own}\nend M;\n");
+        let moved = |own: &str| {
+            let found = texts(&with(own), too_many, own);
+            found.iter().any(|(rank, text)| *rank == Rank::Start && text.contains("initial equation"))
+        };
+        assert!(moved("x = 2*a;") && moved("x = -1;"));
+        assert!(!moved("x = 2*time;") && !moved("x = der(y);") && !moved("x = y;") && !moved("2*x = a;"));
+        let fixed = "model M\n  Real x(start = 1, fixed = true);\nend M;\n";
+        assert!(texts(fixed, start, "Real x").contains(&(Rank::Start, fixed.replace("true", "false"))));
+    }
+
+    #[test]
+    fn what_an_assertion_says_stays() {
+        let text = "model M\nequation\n  assert(x - 1 < 2 + y, \"no\");\nend M;\n";
+        let all = Trouble { text: true, too_many: true, too_few: true, start: true, run: true, judged: true };
+        assert_eq!(texts(text, all, "assert"), []);
+        // What it compares with, in whatever words, in algorithms, too.
+        for limits in [
+            "parameter Real limit = 2;\n  parameter Real other = 5;\n  Real h;\nequation\n  assert(h < limit, \"no\");",
+            "parameter Real limit = 2;\n  parameter Real other = 5;\n  Real h;\nalgorithm\n  assert(h < limit, \"no\");",
+            "parameter Real limit = 2;\n  parameter Real other = 5;\n  Real h;\n  Boolean high = h > limit;\nequation\n  assert(not high, \"no\");",
+            "parameter Real limit = 2;\n  parameter Real other = 5;\n  Real h;\n  Boolean high;\nequation\n  high = h > limit;\n  assert(not high, \"no\");",
+            "parameter Real limits[3] = {1, 5, 3};\n  Real h;\nequation\n  assert(h < limits[3], \"no\");",
+        ] {
+            let text = format!("model M\n  {limits}\nend M;\n");
+            let found = texts(&text, all, "assert");
+            assert!(!found.iter().any(|(rank, _)| *rank == Rank::Exchanged), "{text}: {found:#?}");
+        }
+        // Two numbers of which no assertion knows are exchanged, sizes are not.
+        let free = "model M\n  parameter Real a = 2;\n  parameter Real b = 5;\n  parameter Integer n = 3;\n  parameter Integer seed = 4000;\nend M;\n";
+        let found: Vec<String> = texts(free, all, "Real a").into_iter().map(|own| own.1).collect();
+        assert_eq!(found, [free.replace("a = 2", "a = 5").replace("b = 5", "b = 2")]);
     }
 }

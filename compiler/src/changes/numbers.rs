@@ -40,7 +40,7 @@ impl Found<'_> {
     pub(super) fn numbers(&mut self, flat: &FlatModel, inferred: &[(VarId, String)]) {
         let usual: BTreeMap<u32, Suspect> =
             crate::suspects(flat).into_iter().map(|own| (own.span.start, own)).collect();
-        let mut known: BTreeMap<u32, (Span, String, String, f64)> = BTreeMap::new();
+        let mut known: BTreeMap<u32, (Span, String, String, f64, bool)> = BTreeMap::new();
         let blocks = flat.equations.iter().filter(|block| matches!(block.section, Section::Binding | Section::Start));
         for equations in blocks.filter(|block| block.origin.span.file == self.file) {
             let template = flat.templates.get(equations.template);
@@ -54,13 +54,14 @@ impl Found<'_> {
             let block = &flat.variables[block];
             let is_parameter = block.variability <= Variability::Parameter || equations.section == Section::Start;
             let declared = block.element_units.get(k).or(block.unit.as_ref()).map(|unit| unit.to_string());
+            let is_declared = declared.is_some();
             let unit = declared.or_else(|| inferred.iter().find(|own| own.0 == v).map(|own| own.1.clone()));
             let name = block.name.element(k);
-            if let (true, true, Some(unit)) = (is_number, is_parameter && !self.asserted.contains(&name), unit) {
-                known.entry(span.start).or_insert((span, unit, name, value));
+            if let (true, true, Some(unit)) = (is_number, is_parameter && !self.is_asserted(&name), unit) {
+                known.entry(span.start).or_insert((span, unit, name, value, is_declared));
             }
         }
-        for (span, unit, name, value) in known.into_values() {
+        for (span, unit, name, value, is_declared) in known.into_values() {
             if let Some(own) = usual.get(&span.start) {
                 self.number(Rank::Unit, span, own.meant, own.words.clone());
             }
@@ -70,6 +71,7 @@ impl Found<'_> {
             }
             let old = self.snippet(span).to_string();
             let meant = |found: &mut Self, rank: Rank, new: f64, words: &str| {
+                let rank = if is_declared { rank } else { Rank::InferredUnit };
                 let text = significant(new);
                 found.number(rank, span, new, format!("`{name}` = {old} {words}: write {text}"));
             };

@@ -82,6 +82,37 @@ fn changes_are_tried_where_only_the_run_fails() {
 }
 
 /// Of two wires that short a source either can be cut: both are shown, none is cut.
+/// A limit of a component has another name inside it than in the whole model; a model that is ended where it begins has not run.
+#[test]
+fn no_limit_is_moved_and_no_end_brought_forward() {
+    let folder = Scratch::new();
+    for text in [
+        "model Winding\n  parameter Real T_max(unit = \"K\") = 350;\n  parameter Real C(unit = \"J/K\") = 10;\n  \
+         Real T(unit = \"K\", start = 300, fixed = true);\nequation\n  C*der(T) = 20 - 0.1*(T - 293.15);\n  \
+         assert(T < T_max, \"the winding is too hot\");\nend Winding;\nmodel M\n  Winding w;\n  annotation(experiment(StopTime = 100));\nend M;\n",
+        "model M\n  Real x(start = 2, fixed = true);\n  Boolean hot(start = false);\nequation\n  der(x) = 1;\n  hot = x > 3;\n  \
+         when hot then\n    terminate(\"it is hot\");\n  end when;\n  assert(x < 2.5, \"too hot\");\n  annotation(experiment(StopTime = 10));\nend M;\n",
+        // That a sign brings the run through says nothing.
+        "model M\n  parameter Real a = 2;\n  Real q;\n  Real y;\n  Real x(start = 1, fixed = true);\nequation\n  q = 3*time;\n  \
+         y = log(a - q);\n  der(x) = y;\nend M;\n",
+    ] {
+        folder.write("m.hyd", text);
+        run(folder.path(), &["check", "m.hyd", "--fix"]);
+        assert_eq!(folder.read("m.hyd"), text);
+    }
+}
+
+/// The mark of UTF-8 and the ends of lines of other systems stay.
+#[test]
+fn a_file_of_windows_stays_one() {
+    let folder = Scratch::new();
+    let text = format!("\u{feff}{}", SLIP.replace('\n', "\r\n"));
+    folder.write("fall.hyd", &text);
+    let outcome = run(folder.path(), &["check", "fall.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert_eq!(folder.read("fall.hyd"), text.replace("sped;", "speed;"));
+}
+
 #[test]
 fn where_several_changes_heal_none_is_made() {
     let folder = Scratch::new();
