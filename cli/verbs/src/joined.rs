@@ -132,6 +132,7 @@ fn wired(path: &Path, unit: &Unit, block: &ForeignBlock) -> Result<Wiring, Failu
         inputs: block.inputs.clone(),
         outputs: block.outputs.clone(),
         parameters: block.parameters.clone(),
+        declared: block.declared.clone(),
     })
 }
 

@@ -5,6 +5,7 @@
 //! its slots, so the equations of a `for` loop or of an array of components share code and memory stays a few words each.
 //! Nothing is solved, sorted or eliminated here.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use hyd_index::{IndexVec, TypedIndex, typed_index};
@@ -384,6 +385,8 @@ pub struct ForeignBlock {
     pub outputs: Vec<(String, String)>,
     /// Values of its parameters.
     pub parameters: Vec<(String, String)>,
+    /// Those of the model's names of parameters whose values stand in their own declarations: nobody has set them.
+    pub declared: BTreeSet<String>,
 }
 
 /// A model without components.

@@ -133,10 +133,10 @@ impl Driver {
         Ok(())
     }
 
-    /// Hands over the value that a text has for a parameter.  Where it is what the unit states, the parameter is left alone, because the unit may
-    /// find it from others (`U_0 = U` of a component), which may have been set.
-    pub(crate) fn hand_parameter(&mut self, index: usize, value: f64) {
-        if self.set_parameter(index, value).is_err() {
+    /// Hands over the value that a text has for a parameter.  Where nobody has set it and it is what the unit states, the parameter is left alone,
+    /// because the unit may find it from others (`U_0 = U` of a component), which may have been set.
+    pub(crate) fn hand_parameter(&mut self, index: usize, value: f64, is_set: bool) {
+        if self.set_parameter(index, value).is_err() || is_set {
             return;
         }
         let layout = &mut self.layout;

@@ -113,8 +113,8 @@ impl Exchange {
     }
 
     /// See [`Driver::hand_parameter`].
-    pub(crate) fn hand_parameter(&mut self, index: usize, value: f64) {
-        self.driver.hand_parameter(index, value);
+    pub(crate) fn hand_parameter(&mut self, index: usize, value: f64, is_set: bool) {
+        self.driver.hand_parameter(index, value, is_set);
     }
 
     /// See [`Driver::set_start`].

@@ -378,15 +378,25 @@ fn parameters_of_a_block_follow_those_that_they_come_of() {
         build(&scratch, model, version);
         let ramp = "model Ramp\n  Slope part;\n  annotation(experiment(StopTime = 1));\nend Ramp;\n";
         scratch.write("unit.hyd", block(&scratch, &[]) + ramp);
-        for (set, wanted) in
-            [(&[][..], 3.0), (&["part.a=3"], 9.0), (&["part.a=3", "part.b=5"], 8.0), (&["part.a=1"], 3.0)]
-        {
+        for (set, wanted) in [
+            (&[][..], 3.0),
+            (&["part.a=3"], 9.0),
+            (&["part.a=3", "part.b=5"], 8.0),
+            (&["part.a=1"], 3.0),
+            (&["part.a=3", "part.b=2"], 5.0),
+        ] {
             let set: Vec<&str> = set.iter().flat_map(|value: &&str| ["--set", *value]).collect();
             let simulate = ["simulate", "unit.hyd", "--model", "Ramp", "--result", "r.csv"];
             done(&run(scratch.path(), &[&simulate[..], &set].concat()));
             let x = value(&last(&scratch, "r.csv"), "part.x");
             assert!((x - wanted).abs() < 1e-6, "{version} {set:?}: {x} and not {wanted}");
         }
+        // What a modification says counts, although it is what the unit states: 2 for `b`.
+        let said = "model Ramp\n  Slope part(a = 3, b = 2);\n  annotation(experiment(StopTime = 1));\nend Ramp;\n";
+        scratch.write("unit.hyd", block(&scratch, &[]) + said);
+        done(&run(scratch.path(), &["simulate", "unit.hyd", "--model", "Ramp", "--result", "r.csv"]));
+        let x = value(&last(&scratch, "r.csv"), "part.x");
+        assert!((x - 5.0).abs() < 1e-6, "{version}: {x}");
     }
 }
 

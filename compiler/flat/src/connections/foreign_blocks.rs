@@ -88,8 +88,8 @@ impl Flattener<'_, '_> {
             return None;
         };
         let path = self.path(inst);
-        let (inputs, outputs, parameters) = Default::default();
-        Some(ForeignBlock { path, file: name, written_in, span: file.span, inputs, outputs, parameters })
+        let (inputs, outputs, parameters, declared) = Default::default();
+        Some(ForeignBlock { path, file: name, written_in, span: file.span, inputs, outputs, parameters, declared })
     }
 
     /// The variable of a unit that an instance says it is.
@@ -109,6 +109,19 @@ impl Flattener<'_, '_> {
             hyd_syntax::tree::ExprKind::Text(text) => Some((text.to_string(), value.span)),
             _ => None,
         }
+    }
+
+    /// True for a variable whose value stands in its own declaration: no modification has set it.
+    fn has_its_declared_value(&self, inst: InstId) -> bool {
+        let instance = &self.scopes.instances[inst];
+        let Some(parent) = instance.parent else { return false };
+        let binding = instance.primitive.as_ref().and_then(|primitive| primitive.binding.as_ref());
+        let shape = self.scopes.instances[parent].shape.as_ref();
+        let frame = shape.and_then(|shape| {
+            let position = *shape.by_name.get(self.scopes.declared_name(inst))?;
+            Some(shape.elements[position as usize].frame)
+        });
+        binding.is_some_and(|own| own.scope.inst == parent && Some(own.scope.frame) == frame)
     }
 
     /// What a variable is for its unit; none after a message.
@@ -136,6 +149,7 @@ impl Flattener<'_, '_> {
         for Found { mut block, members } in std::mem::take(&mut self.foreign) {
             for (inst, role, name) in members {
                 let Some(&variable) = self.blocks.get(&inst) else { continue };
+                let is_declared = role == Role::Parameter && self.has_its_declared_value(inst);
                 let variable = &self.model.variables[variable];
                 let list = match role {
                     Role::Input => &mut block.inputs,
@@ -144,7 +158,11 @@ impl Flattener<'_, '_> {
                 };
                 let sizes: Vec<u32> = variable.name.parts.last().map(|(_, sizes)| sizes.clone()).unwrap_or_default();
                 let own = hyd_system::NamePattern { parts: vec![(name.as_str().into(), sizes)], derivative: false };
-                list.extend((0..variable.count as usize).map(|k| (variable.name.element(k), own.element(k))));
+                let names = || (0..variable.count as usize).map(|k| variable.name.element(k));
+                list.extend(names().enumerate().map(|(k, name)| (name, own.element(k))));
+                if is_declared {
+                    block.declared.extend(names());
+                }
             }
             self.model.foreign.push(block);
         }

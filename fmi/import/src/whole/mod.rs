@@ -15,6 +15,7 @@ mod start;
 mod system;
 mod wiring;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -38,8 +39,8 @@ struct Part {
     reads: Vec<(usize, usize)>,
     /// Per value that is given: where the text has it, the input of the unit, and its column in the unit's Jacobian behind the states.
     gives: Vec<(Source, usize, Option<usize>)>,
-    /// Parameters: where the text has the value, and the parameter of the unit.
-    parameters: Vec<(Source, usize)>,
+    /// Parameters: where the text has the value, the parameter of the unit, and whether the value stands in the declaration of the block.
+    parameters: Vec<(Source, usize, bool)>,
     /// Start values: where the text has the value, and the position among those of the unit.
     starts: Vec<(Source, usize)>,
     /// What it is given before anything is known of the text.
@@ -74,6 +75,8 @@ pub struct Whole {
     structure: Structure,
     tables: Arc<Tables>,
     positions: Positions,
+    /// Parameters of the text that were set since it was translated.
+    set: BTreeSet<usize>,
     /// Inputs of the text that nobody else gives values, by position.
     open: Vec<usize>,
     instants: Instants,

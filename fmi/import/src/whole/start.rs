@@ -54,10 +54,12 @@ impl Whole {
                 };
                 Some(if source.negated { -value } else { value })
             };
-            for &(source, index) in &part.parameters {
+            for &(source, index, is_declared) in &part.parameters {
                 if let Some(value) = value_of(source) {
+                    let is_set =
+                        matches!(source.place, hyd_system::Place::Parameter(at) if self.set.contains(&(at as usize)));
                     // A value that is not finite leaves the unit its own; bind has checked the text's.
-                    part.unit.hand_parameter(index, value);
+                    part.unit.hand_parameter(index, value, is_set || !is_declared);
                 }
             }
             for &(source, position) in &part.starts {

@@ -25,7 +25,9 @@ impl DaeSystem for Whole {
     }
 
     fn set_parameter(&mut self, index: usize, value: f64) -> Result<(), ParameterError> {
-        self.text.set_parameter(index, value)
+        self.text.set_parameter(index, value)?;
+        self.set.insert(index);
+        Ok(())
     }
 
     fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {

@@ -1,5 +1,6 @@
 //! Which variable of a text is which variable of a unit, and where both stand in the system of the two.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use hyd_system::{
@@ -26,6 +27,8 @@ pub struct Wiring {
     pub outputs: Vec<(String, String)>,
     /// Values that the text has for parameters of the unit, and for states at their start.
     pub parameters: Vec<(String, String)>,
+    /// Those of the text's names of parameters that nobody has set: their values stand in the declarations of the block.
+    pub declared: BTreeSet<String>,
 }
 
 pub(super) fn join(text: Box<dyn DaeSystem>, units: &[(Unit, Wiring)], host: &Host) -> Result<Whole, Fault> {
@@ -77,6 +80,7 @@ pub(super) fn join(text: Box<dyn DaeSystem>, units: &[(Unit, Wiring)], host: &Ho
         structure,
         tables,
         positions,
+        set: BTreeSet::new(),
         open,
         instants: Instants::default(),
         started: vec![0.0; at],
@@ -147,7 +151,7 @@ fn part(
             variable.sources.get(element).filter(|_| is_settable).map(|source| source.place)
         });
         if let Some(Place::Parameter(index)) = place {
-            parameters.push((source(name)?, index as usize));
+            parameters.push((source(name)?, index as usize, wiring.declared.contains(name)));
         } else {
             let start = exchange.start_of(own).ok_or_else(|| lacks(own, "parameter that can be set"))?;
             starts.push((source(name)?, start));
