@@ -112,17 +112,22 @@ impl Run<'_> {
     }
 }
 
+/// An event after so many lengths of a run is never meant to come.
+const NEVER: f64 = 1000.0;
+
 /// What to say of a run that ends where runs end by default, before anything has happened in it.
 fn ends_too_early(system: &mut dyn DaeSystem, options: &Options, outcome: &Outcome) -> Option<String> {
     if outcome.result.is_err() || outcome.summary.counters.events() > 0 {
         return None;
     }
     let first = system.next_time_event(options.start);
-    let is_after = first.t.is_finite() && first.t > options.stop && !first.is_input;
+    // An event that is not meant to come is set far away.
+    let is_near = first.t - options.start < NEVER * (options.stop - options.start);
+    let is_after = first.t.is_finite() && first.t > options.stop && is_near && !first.is_input;
     is_after.then(|| {
         let (stop, first) = (significant(options.stop), significant(first.t));
         format!(
-            "nothing has happened when the run ends at {stop} s, where runs end by default: the first event is at {first} s; \
+            "no event has come when the run ends at {stop} s, where runs end by default: the first event is at {first} s; \
              add `annotation(experiment(StopTime = ...))` to the model, or give `--stop`"
         )
     })

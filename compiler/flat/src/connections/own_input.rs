@@ -4,7 +4,7 @@
 //! the wrong end leaves behind.
 
 use hyd_instance::InstId;
-use hyd_source::{Code, Diagnostic, Edit, Span};
+use hyd_source::{Code, Diagnostic, Span};
 use hyd_syntax::tree::{ClassKind, Direction};
 
 use crate::state::flattener::Flattener;
@@ -16,21 +16,26 @@ impl Flattener<'_, '_> {
         let own = |leaf: InstId, direction: Direction| {
             (self.direction_of(leaf) == Some(direction)).then_some(instances[leaf].parent).flatten()
         };
+        // The elements of an array are one instance: the output of one may be the input of the next.
         let of = |direction: Direction| {
             leaves.iter().filter(|own| !own.1).filter_map(move |&(leaf, _, at)| Some((leaf, own(leaf, direction)?, at)))
         };
         let Some((output, component, _)) = of(Direction::Output).next() else { return };
         let Some((input, _, at)) = of(Direction::Input).find(|&(_, parent, _)| parent == component) else { return };
-        let Some(around) = instances[component].parent.filter(|_| Some(at.file) == self.scopes.table.main) else {
+        let is_here = Some(at.file) == self.scopes.table.main && instances[component].dims.is_empty();
+        let Some(around) = instances[component].parent.filter(|_| is_here) else {
             return;
         };
         let text = self.scopes.table.files.text(at.file);
-        let is_written =
-            |name: &str| text.lines().any(|line| line.split("//").next().is_some_and(|own| own.contains(name)));
+        let is_written = |name: &str| {
+            text.lines().any(|line| line.split("//").next().is_some_and(|own| own.replace(' ', "").contains(name)))
+        };
         // All outputs beside it that the text never names.
         let mut free = Vec::new();
         for &beside in instances[around].children.iter().filter(|&&beside| beside != component) {
             let is_block = matches!(instances[beside].kind, ClassKind::Block | ClassKind::Model);
+            // What a base class declares in a text of its own it may connect there.
+            let is_block = is_block && Some(instances[beside].span.file) == self.scopes.table.main;
             for &end in instances[beside].children.iter().filter(|_| is_block && instances[beside].dims.is_empty()) {
                 let name = format!("{}.{}", instances[beside].name, instances[end].name);
                 if instances[end].direction == Some(Direction::Output) && !is_written(&name) {
@@ -49,23 +54,6 @@ impl Flattener<'_, '_> {
         }
         let mut warning = Diagnostic::warning(Code::ConnectionRule, message).at(at, "");
         warning = warning.help(format!("is `{free}` meant at `{taken}`?"));
-        if let Some(edit) = other_end(text, at, &taken, free) {
-            warning = warning.propose(format!("connect `{taken}` to `{free}`"), vec![edit]);
-        }
         self.report(warning);
     }
-}
-
-/// The change of the end of a `connect` that is not `kept`.
-fn other_end(text: &str, at: Span, kept: &str, other: &str) -> Option<Edit> {
-    let whole = text.get(at.start as usize..at.end as usize)?;
-    let (open, close) = (whole.find('(')?, whole.rfind(')')?);
-    let (first, second) = whole.get(open + 1..close)?.split_once(',')?;
-    let (from, end) = match (first.trim() == kept, second.trim() == kept) {
-        (true, false) => (open + 1 + first.len() + 1, second),
-        (false, true) => (open + 1, first),
-        _ => return None,
-    };
-    let begin = at.start as usize + from + (end.len() - end.trim_start().len());
-    Some(Edit { span: Span::new(at.file, begin, begin + end.trim().len()), text: other.to_string() })
 }
