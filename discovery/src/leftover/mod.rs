@@ -70,6 +70,8 @@ pub(crate) enum Kinds {
     All,
     /// Those that measuring chains add to a channel: hum and drift.
     Added,
+    /// The same of the kind that explains most: hum alone, or drift alone.
+    AddedOfOneKind,
 }
 
 /// Something that may be taken up.
@@ -122,6 +124,7 @@ pub(crate) fn leftover(
     let mut state = State { setup, problem, blocks: &blocks, residuals, jacobian, weights, fit };
     let mut open = state.candidates(setup);
     open.retain(|own| kinds == Kinds::All || matches!(own, Disturbance::Added(..)));
+    let is_drift = |own: &Disturbance| matches!(own, Disturbance::Added(_, Added::Drift));
     for _ in 0..MOST {
         let levels = state.levels(&state.residuals);
         let Some(ground) = Ground::new(&state.residuals, &state.jacobian, state.scales(&levels), &fit.xi) else {
@@ -134,6 +137,9 @@ pub(crate) fn leftover(
             break;
         };
         let own = open.remove(k);
+        if kinds == Kinds::AddedOfOneKind {
+            open.retain(|other| is_drift(other) == is_drift(&own));
+        }
         state.residuals = found.left;
         let size = (found.amplitudes.iter().map(|a| a * a).sum::<f64>() / found.amplitudes.len() as f64).sqrt();
         match own {

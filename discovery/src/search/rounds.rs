@@ -156,7 +156,7 @@ impl Search<'_> {
                 break;
             }
             (self.progress)("what measuring chains add explains far more than effects, and is counted");
-            let found = current.of_chains(base)?.disturbances;
+            let found = current.of_chains(base, Kinds::AddedOfOneKind)?.disturbances;
             let added = Disturbances { added: found.added, ..current.setup.disturbances.clone() };
             let next = current.setup.disturbed(added)?;
             let again = Search { setup: &next, ..self.again() }.begin(Vec::new(), None)?;
@@ -166,12 +166,13 @@ impl Search<'_> {
     }
 
     /// True if hum and drift explain far more of what the fit of a pass leaves than any effect promises to: nothing is to be told of effects
-    /// before they are counted.  The effects are screened for that.
+    /// before they are counted.  The effects are screened for that.  Hum speaks for itself alone, and so does drift, which something slow that
+    /// the model lacks looks like.
     pub(super) fn is_of_chains(&self, pass: &mut Pass, refused: &[Candidate]) -> Result<bool, Fault> {
         if pass.fit.misfit <= adequate(pass.expected) || !self.setup.disturbances.levels.is_empty() {
             return Ok(false);
         }
-        let explained = self.explained_by_chains(pass)?;
+        let explained = self.explained_by_chains(pass, Kinds::AddedOfOneKind)?;
         let excess = pass.fit.misfit - pass.expected;
         if !rule::is_of_chains(explained, excess, 0.0) {
             return Ok(false);
@@ -182,17 +183,17 @@ impl Search<'_> {
     }
 
     /// Drop of the misfit by hum and drift that are not known yet.
-    fn explained_by_chains(&self, pass: &mut Pass) -> Result<f64, Fault> {
-        let found = self.of_chains(pass)?;
+    fn explained_by_chains(&self, pass: &mut Pass, kinds: Kinds) -> Result<f64, Fault> {
+        let found = self.of_chains(pass, kinds)?;
         let is_more = found.disturbances.fitted() > self.setup.disturbances.fitted();
         Ok(if is_more { pass.fit.misfit - found.misfit * pass.expected } else { 0.0 })
     }
 
     /// What the fit of a pass leaves, by hum and drift alone.
-    fn of_chains(&self, pass: &mut Pass) -> Result<Leftover, Fault> {
+    fn of_chains(&self, pass: &mut Pass, kinds: Kinds) -> Result<Leftover, Fault> {
         let whole = self.whole();
         pass.base.refresh(self.setup, &mut pass.fit, &whole)?;
-        leftover(self.setup, &pass.base.problem(self.setup)?, &pass.fit, (&whole, Kinds::Added))
+        leftover(self.setup, &pass.base.problem(self.setup)?, &pass.fit, (&whole, kinds))
     }
 
     /// One search, whose first pass may have begun; where the shots held out show a gap that the others hide, another one with others held out.
@@ -219,7 +220,11 @@ impl Search<'_> {
         let is_more = found.disturbances.fitted() > known.fitted();
         let is_all = found.misfit * last.expected <= noise(last.expected)
             || known.levels.is_empty()
-                && rule::is_of_chains(self.explained_by_chains(last)?, last.fit.misfit - last.expected, 0.0);
+                && rule::is_of_chains(
+                    self.explained_by_chains(last, Kinds::Added)?,
+                    last.fit.misfit - last.expected,
+                    0.0,
+                );
         let is_white = found.disturbances.is_noise() && is_new(known, &found.disturbances);
         let is_for_the_next = if is_more { is_all } else { is_white };
         if is_for_the_next { Ok(findings) } else { self.with_law(findings) }

@@ -326,3 +326,29 @@ fn effects_and_places_of_one_name_are_told() {
     let warning = "warning: `leakage` and `other` are both the place `leakage`; effects are tried in `leakage` only\n";
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), warning));
 }
+
+/// Effects of the machine have places at balances; a formula of the time has none, and the effects of the channels are searched all the same.
+#[test]
+fn a_model_without_a_balance_is_said_to_be_one() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", "model Formula\n  parameter Real a = 2;\n  Real y = a*time;\nend Formula;\n");
+    folder.write(
+        "study.toml",
+        "file = \"m.hyd\"\n[models]\ndefault = \"Formula\"\n[channels]\ny = { variable = \"y\", noise = 0.01 }\n\
+         [nuisances]\na = { parameter = \"a\", relative = 0.05 }\n[shots]\ntime = \"t\"\n",
+    );
+    for name in ["a.csv", "b.csv", "c.csv"] {
+        let rows = (0..200_i32).map(|k| {
+            let noise = 0.017 * (f64::from((k * 7919) % 101) / 50.0 - 1.0);
+            format!("{},{}\n", 1e-2 * f64::from(k), 2e-2 * f64::from(k) + noise)
+        });
+        folder.write(name, format!("t,y\n{}", rows.collect::<String>()));
+    }
+    folder
+        .write("set.json", "{\"experiments\": [{\"file\": \"a.csv\"}, {\"file\": \"b.csv\"}, {\"file\": \"c.csv\"}]}");
+    let outcome = run(folder.path(), &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let said = "no balance of forces, voltages, currents, heat or flow was found in the equations of `Formula`";
+    assert!(outcome.stderr.contains(said), "{}", outcome.stderr);
+    assert!(outcome.stdout.starts_with("adequate"), "{}", outcome.stdout);
+}
