@@ -320,17 +320,42 @@ def check_placed(browser):
         done(page, url.split("/?")[0])
 
 
+def planned():
+    """What `hyd next` writes, for three conditions."""
+    points = [{"values": [6e6 + 1e5*k, 24 + k % 5, 0.008 + 1e-4*(k % 40)], "worth": k % 17 + 0.1*k} for k in range(60)]
+    evidence = [{"if": "coil_heating", "size": 2.3, "against": "lag", "expected": 30, "fitted": 41.5, "decides": 0.98, "shows": {"channel": "i_A", "time": 0.012, "deviations": 5.3}},
+                {"if": "lag", "size": None, "against": "coil_heating", "expected": 8, "fitted": None, "decides": 0.4, "shows": None}]
+    shot = {"conditions": {"p0_Pa": 7e6, "U0_V": 27, "pulse_s": 0.0085}, "settings": ["p0_Pa = 7000000 (7 MPa)", "U0_V = 27", "pulse_s = 0.0085 (8.5 ms)"], "cost": 1, "like": 2, "evidence": evidence}
+    return {"set": "B", "status": "ambiguous", "aim": "tell apart", "models": ["coil_heating", "lag"], "models_left_out": 1, "never": ["no shot tells a from b"],
+            "not_run": [], "shots": [shot], "points": points, "made": [{"number": 1, "values": [8e6, 25, 0.01]}, {"number": 2, "values": [13e6, 26, 0.011]}],
+            "vary": [{"condition": "p0_Pa", "low": 6e6, "high": 12e6}, {"condition": "U0_V", "low": 24, "high": 28}, {"condition": "pulse_s", "low": 0.008, "high": 0.012}],
+            "failed": {"points": 3, "why": "the valve chatters"}, "beyond": 0, "forbidden": 0}
+
+
 def check_finding(browser):
     """What a search says, on the diagram."""
-    report = {"model": "SingleActingDrive.Drive", "sentence": "named: missing is coil_heating",
+    report = {"model": "SingleActingDrive.Drive", "set": "B", "status": "ambiguous", "sentence": "named: missing is coil_heating",
               "effects": [{"component": "ro.rlc.coil", "effect": "coil_heating", "equation": "heating of the coil", "parameters": {"a": {"value": 2.345, "stderr": 0.0123}}}],
               "location": [{"component": "ro.rlc.coil", "equation": "in series with the coil", "effect": "coil_heating", "score": 400},
                            {"component": "sh", "equation": "m*der(w) = F", "coefficient": 3, "shape": "w", "unit": "N.s/m", "score": 100}]}
     folder = WORK / "finding"
     folder.mkdir(exist_ok=True)
     (folder / "report.json").write_text(json.dumps(report))
+    (folder / "next.json").write_text(json.dumps(planned()))
     with Served(DRIVE, folder) as url:
         page = open_page(browser, url)
+        # What to do next: what it would decide, and the map over two of three conditions.
+        said = page.inner_text("#next")
+        check("To tell apart: coil_heating, lag" in said and "7 MPa p0_Pa" in said and "lag is refuted with 98 %" in said and "in i_A" in said, said)
+        check("no shot tells a from b" in said and "3 points cannot be run" in said, said)
+        check(page.locator("svg.map .dot").count() == 60 and page.locator("svg.map .ring").count() == 1 and page.locator("svg.map .made").count() == 2, "points, rings and crosses of the map")
+        place = "Number(document.querySelector('svg.map .ring').getAttribute('cx'))"
+        page.get_by_label("across").select_option(label="p0_Pa")
+        first = page.evaluate(place)
+        page.get_by_label("across").select_option(label="U0_V")
+        check(abs(page.evaluate(place) - first) > 20, "another condition lies across")
+        page.locator("svg.map .dot").last.hover()
+        check("100 % of the best point" in page.inner_text("#next-point"), page.inner_text("#next-point"))
         shares = page.evaluate("Object.fromEntries([...document.querySelectorAll('.part.lacking')].map((own) => [picture.shown.parts[own.dataset.part].path, own.style.getPropertyValue('--share')]))")
         check(shares == {"ro": "1.000", "sh": "0.500"}, f"parts are coloured by what would explain the gap: {shares}")
         said = page.inner_text("#finding")
@@ -416,6 +441,7 @@ def check_shots(browser):
     """The model that a search has written beside the shots, and that of the study."""
     lab = searched()
     report = lab / "report"
+    run("next", lab / "study.toml", "--bench", lab / "set.json", "--library", lab, "--report", report)
     with Served(report / "discovered.hyd", report) as url:
         page = open_page(browser, url)
         rows = page.locator("#deviations tbody tr")
@@ -450,6 +476,10 @@ def check_shots(browser):
         }""")
         check(drawn > 1500, f"{drawn} pixels of the shot are drawn")
         page.screenshot(path=WORK / "view_shots.png", full_page=True)
+        # The next shot, of one condition: the worth stands upwards.
+        said = page.inner_text("#next")
+        check("To know better how large it is: seeping." in said and "the interval of seeping.c becomes" in said and "times as wide" in said, said)
+        check(page.locator("#next-axes select").count() == 0 and page.locator("svg.map .made").count() == 4, "one condition, four shots that were made")
         # From page to page.
         page.get_by_role("link", name="report").click()
         page.get_by_role("link", name="model and shots").click()

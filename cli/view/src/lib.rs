@@ -11,6 +11,7 @@ mod finding;
 mod guard;
 mod http;
 mod page;
+mod planned;
 mod reading;
 mod server;
 mod session;

@@ -17,13 +17,14 @@ use crate::variables;
 
 const PAGE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("page/numbers.js"),
     include_str!("page/runs.js"),
     include_str!("page/plot.js"),
     include_str!("page/diagram.js"),
     include_str!("page/lists.js"),
     include_str!("page/shots.js"),
+    include_str!("page/next.js"),
     include_str!("page/page.js"),
 ];
 /// Characters of all diagrams of a page.
@@ -57,6 +58,9 @@ pub(crate) fn data(session: &Session) -> Value {
     }
     if let Some(finding) = &session.finding {
         data["finding"] = finding.clone();
+    }
+    if let Some(next) = &session.next {
+        data["next"] = next.clone();
     }
     if let Some(beside) = &session.beside {
         data["shots"] = beside.data();

@@ -23,6 +23,7 @@ use crate::beside::Beside;
 use crate::diagram::extract::{Extracted, extract};
 use crate::encode::Numbers;
 use crate::finding;
+use crate::planned;
 
 /// Runs of files that one page overlays.
 const MOST_RUNS: usize = 12;
@@ -62,6 +63,8 @@ pub(crate) struct Session {
     pub(crate) runs: Vec<FileRun>,
     /// What a search says of the model.
     pub(crate) finding: Option<Value>,
+    /// The shots that would settle what the search leaves open.
+    pub(crate) next: Option<Value>,
     /// Shots of a bench beside the model.
     pub(crate) beside: Option<Beside>,
     /// Name and unit of each variable of the files.
@@ -154,6 +157,7 @@ impl Session {
             model,
             runs: Vec::new(),
             finding: None,
+            next: None,
             beside,
             units: std::collections::BTreeMap::new(),
         };
@@ -175,6 +179,8 @@ impl Session {
             let written = session.model.as_ref().is_some_and(|model| is_written_model(&report, &model.file))
                 && written_class(&finding::parse(&report)?) == Some(name);
             session.finding = Some(finding::read(&report, (!written).then_some(name))?);
+            let folder = report.parent().unwrap_or(Path::new(""));
+            session.next = planned::read(folder, &finding::parse(&report)?, listener)?;
         }
         Ok(session)
     }

@@ -90,6 +90,11 @@ pub(super) fn answer(
     let axes =
         space.axes.iter().map(|axis| json!({"condition": axis.condition, "low": axis.ends.0, "high": axis.ends.1}));
     let points = looked.seen.iter().map(|(point, worth)| json!({"values": point.values, "worth": number(*worth)}));
+    // Windows of a record differ in no condition: one point for all of them says nothing.
+    let made = setup.bench.shots.iter().filter(|shot| !shot.is_window).map(|shot| {
+        let values = space.axes.iter().map(|axis| json!(shot.conditions.get(&axis.condition)));
+        json!({"number": shot.number, "values": values.collect::<Vec<_>>()})
+    });
     let others = question.all.saturating_sub(labels.len() - usize::from(matches!(question.aim, Aim::Reveal { .. })));
     let json = json!({
         "set": setup.bench.name,
@@ -102,6 +107,7 @@ pub(super) fn answer(
         "vary": axes.collect::<Vec<_>>(),
         "shots": shots,
         "points": points.collect::<Vec<_>>(),
+        "made": made.collect::<Vec<_>>(),
         "failed": {"points": looked.failed.0, "why": looked.failed.1},
         "beyond": looked.beyond,
         "forbidden": looked.forbidden,

@@ -301,6 +301,32 @@ fn the_report_of_a_search_is_served_as_it_is() {
     assert!(outcome.code == Some(1) && outcome.stderr.contains("is a folder"), "{}", outcome.stderr);
 }
 
+#[test]
+fn the_map_of_the_next_shot_stands_beside_the_finding() {
+    let folder = Scratch::new();
+    folder.write("decay.hyd", DECAY);
+    std::fs::create_dir(folder.path().join("leak")).unwrap();
+    let report = json!({"model": "Decay", "set": "B", "status": "ambiguous", "sentence": "ambiguous", "effects": [], "location": []});
+    folder.write("leak/report.json", report.to_string());
+    let (_, data) = written(folder.path(), &["decay.hyd", "leak"]);
+    assert!(data["next"].is_null(), "nobody has asked for the next shot");
+    let next = json!({"set": "B", "status": "ambiguous", "aim": "tell apart", "models": ["a", "b"],
+        "vary": [{"condition": "level", "low": 0.5, "high": 2}], "points": [{"values": [1], "worth": 3}],
+        "shots": [{"settings": ["level = 2"], "conditions": {"level": 2}, "cost": 1, "like": 1, "evidence": []}]});
+    folder.write("leak/next.json", next.to_string());
+    let (page, data) = written(folder.path(), &["decay.hyd", "leak"]);
+    assert_eq!(data["next"], next);
+    assert!(page.contains("<h2 id=\"next-title\">"), "the page has a place for it");
+    // That of another search would mislead.
+    folder.write("leak/next.json", next.to_string().replace("\"B\"", "\"C\""));
+    let outcome = run(folder.path(), &["view", "decay.hyd", "leak", "--output", "page.html"]);
+    assert!(outcome.code == Some(0) && outcome.stderr.contains("is of the set `C`"), "{}", outcome.stderr);
+    assert!(self::data(&folder.read("page.html"))["next"].is_null());
+    folder.write("leak/next.json", "{}");
+    let outcome = run(folder.path(), &["view", "decay.hyd", "leak", "--output", "page.html"]);
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("is not what `hyd next` writes"), "{}", outcome.stderr);
+}
+
 /// Windows of one record begin at levels of their own, which the translation takes.
 #[test]
 fn windows_of_a_record_begin_where_they_do() {

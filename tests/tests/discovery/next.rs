@@ -82,6 +82,8 @@ fn the_proposed_shot_names_what_was_ambiguous() {
     // Friction and a force look alike as long as the mass moves one way.
     let never = proposed["never"].as_array().expect("a list");
     assert!(never.iter().all(|words| words.as_str().is_some_and(|words| words.contains("offset_force"))), "{never:?}");
+    let made: Vec<f64> = (0..SPEEDS.len()).filter_map(|k| proposed["made"][k]["values"][0].as_f64()).collect();
+    assert_eq!(made, SPEEDS, "the map has the shots that were made: {}", proposed["made"]);
     let page = fs::read_to_string(folder.join("next/next.html")).expect("written");
     assert!(page.contains("\"against\":\"quadratic_drag of v\""));
     // Fits to the record with the drag say by how much the rivals are refuted; the search on the set with that shot agrees.

@@ -75,7 +75,7 @@ function map() {
   const axes = N.vary ?? [], points = N.points ?? [];
   if (!points.length) return;
   const part = section("What a shot is worth", '<div class="bar"></div><div class="place"></div>',
-    "Every point was run with every model; dark is worth most. Rings are the proposed shots.");
+    "Every point was run with every model; dark is worth most. Rings are the proposed shots, crosses those that were made.");
   const state = { x: 0, y: Math.min(1, axes.length - 1) };
   const best = Math.max(...points.map((own) => own.worth ?? 0), 1e-12);
   const draw = () => {
@@ -97,6 +97,10 @@ function map() {
       const words = axes.map((axis, k) => `${axis.condition} = ${short(own.values[k])}`).join(", ");
       return `<circle cx="${cx}" cy="${cy}" r="6" fill="hsl(22 78% ${(92 - 50 * part).toFixed(0)}%)"><title>${safe(words)}: ${short(own.worth)}</title></circle>`;
     });
+    const crosses = (N.made ?? []).map((own) => {
+      const [cx, cy] = at(own.values, 0), inside = cx >= box.x0 && cx <= box.x1 && cy >= box.y0 && cy <= box.y1;
+      return inside ? `<path d="M${cx - 5} ${cy - 5}l10 10m0 -10l-10 10" fill="none" stroke="var(--ink)" stroke-width="1.5"><title>shot ${own.number}, which was made</title></path>` : "";
+    });
     const rings = N.shots.map((shot, k) => {
       const values = axes.map((axis) => shot.conditions[axis.condition]);
       const same = points.find((own) => own.values.every((value, i) => value === values[i]));
@@ -105,7 +109,7 @@ function map() {
     });
     const label = one ? "worth" : axes[state.y].condition, low = one ? 0 : axes[state.y].low, high = one ? best : axes[state.y].high;
     part.querySelector(".place").innerHTML = `<svg class="map" viewBox="0 0 ${W} ${H}" role="img" aria-label="map of the worth of a shot">` +
-      `<rect x="${box.x0}" y="${box.y0}" width="${box.x1 - box.x0}" height="${box.y1 - box.y0}" fill="none" stroke="var(--line)"/>${dots.join("")}${rings.join("")}` +
+      `<rect x="${box.x0}" y="${box.y0}" width="${box.x1 - box.x0}" height="${box.y1 - box.y0}" fill="none" stroke="var(--line)"/>${dots.join("")}${crosses.join("")}${rings.join("")}` +
       `<text x="${box.x0}" y="${box.y1 + 16}">${short(X.low)}</text><text x="${box.x1}" y="${box.y1 + 16}" text-anchor="end">${short(X.high)}</text>` +
       `<text x="${(box.x0 + box.x1) / 2}" y="${box.y1 + 32}" text-anchor="middle">${safe(X.condition)}</text>` +
       `<text x="${box.x0 - 6}" y="${box.y1}" text-anchor="end">${short(low)}</text><text x="${box.x0 - 6}" y="${box.y0 + 10}" text-anchor="end">${short(high)}</text>` +

@@ -3,6 +3,7 @@
 const picture = { shown: null, labels: [], scale: null };
 // Letters of names are 13 pixels high at the natural size; much smaller ones nobody reads.
 const LEAST_SCALE = 0.85;
+const SVG = "http://www.w3.org/2000/svg";
 
 function diagramOf(path) {
   return DATA.model ? DATA.model.diagrams.find((own) => own.path === path) || null : null;

@@ -79,6 +79,7 @@ function begin() {
   document.getElementById("about").textContent = about.join(" · ");
   beginRuns();
   beginShots();
+  beginNext();
   beginPlots();
   beginDiagram();
   beginLists();
