@@ -367,6 +367,80 @@ def check_finding(browser):
         accessible(browser, url, "finding")
 
 
+def check_wide(browser):
+    """A long chain: its names can be read, and what is in view is known."""
+    rods = range(1, 25)
+    parts = "".join(f"    Rod rod{k};\n" for k in rods)
+    joints = "".join(f"    connect(rod{k}.b, rod{k + 1}.a);\n" for k in rods if k + 1 in rods)
+    (WORK / "wide.mo").write_text(f"""package Wide
+  connector Pin
+    Real T(unit = "K");
+    flow Real Q(unit = "W");
+  end Pin;
+  model Rod
+    parameter Real C(unit = "J/K", min = 0) = 10;
+    parameter Real G(unit = "W/K", min = 0) = 10;
+    Pin a;
+    Pin b;
+    Real T(start = 300, fixed = true, unit = "K");
+  equation
+    C*der(T) = a.Q + b.Q;
+    a.Q = G*(a.T - T);
+    b.Q = G*(b.T - T);
+  end Rod;
+  model Heat
+    Pin a;
+  equation
+    a.T = 400;
+  end Heat;
+  model Chain
+    Heat hot;
+{parts}    Heat far;
+  equation
+    connect(hot.a, rod1.a);
+    connect(rod24.b, far.a);
+{joints}    annotation(experiment(StopTime = 20));
+  end Chain;
+end Wide;
+""")
+    folder = WORK / "far"
+    folder.mkdir(exist_ok=True)
+    place = {"component": "rod20", "equation": "C*der(T) = a.Q + b.Q", "coefficient": 3, "shape": "T", "unit": "W/K", "score": 100}
+    (folder / "report.json").write_text(json.dumps({"model": "Wide.Chain", "sentence": "missing: a loss", "effects": [], "location": [place]}))
+    inside = """((name) => {
+      const node = [...document.querySelectorAll("svg.diagram .part")].find((own) => picture.shown.parts[own.dataset.part].path === name);
+      const own = node.getBoundingClientRect(), outer = document.getElementById("drawing").getBoundingClientRect();
+      return own.left >= outer.left && own.right <= outer.right;
+    })"""
+    with Served(WORK / "wide.mo", folder) as url:
+        for width in (1400, 500):
+            page = open_page(browser, url, width=width)
+            height = page.evaluate("document.querySelector('svg.diagram .name').getBoundingClientRect().height")
+            check(height >= 10, f"names are {height} pixels high at {width}")
+            check(page.evaluate(inside + "('rod20')") and not page.evaluate(inside + "('hot')"), "what would explain the most is in view")
+            check(page.locator("#overview rect.lacking").count() == 1, "and is seen in the small picture")
+            box = page.locator("#overview svg").bounding_box()
+            page.mouse.click(box["x"] + 2, box["y"] + box["height"]/2)
+            check(page.evaluate("document.getElementById('drawing').scrollLeft") < 5, "the small picture leads to the beginning")
+            page.mouse.move(box["x"] + 5, box["y"] + box["height"]/2)
+            page.mouse.down()
+            page.mouse.move(box["x"] + box["width"]*0.6, box["y"] + box["height"]/2, steps=4)
+            page.mouse.up()
+            check(page.evaluate("document.getElementById('drawing').scrollLeft") > 300, "and where its frame is dragged")
+            page.locator("#finding button").click()
+            check(page.evaluate(inside + "('rod20')"), "a place in the list is scrolled into view")
+            if width == 500:
+                # What is said of a part stands far below: a way there and back.
+                page.get_by_role("button", name="what rod20 is").press("Enter")
+                check(page.evaluate("document.activeElement.id") == "component-title" and page.evaluate("document.getElementById('component-title').getBoundingClientRect().top < innerHeight"), "the way to what rod20 is")
+                page.get_by_role("button", name="back to the diagram").press("Enter")
+                check(page.evaluate("document.activeElement.id") == "drawing", "and back")
+            page.get_by_role("button", name="whole").click()
+            check(not page.locator("#overview").is_visible() and page.evaluate(inside + "('hot')"), "all of it")
+            done(page, url.split("/?")[0])
+        accessible(browser, url, "wide")
+
+
 # A vessel through whose wall something seeps, which its model lacks.
 VESSEL = """partial block PartialWall
   parameter Real s(min = 0) = 1 "share of the wall that is wet";
@@ -515,6 +589,7 @@ with sync_playwright() as play:
     check_drawn(browser)
     check_placed(browser)
     check_finding(browser)
+    check_wide(browser)
     check_shots(browser)
     check_written(browser)
     browser.close()

@@ -49,6 +49,10 @@ function openDiagram(path) {
   document.getElementById("hint").textContent = hints.join(" ");
   picture.scale = null;
   fit();
+  // What would explain the most is seen first.
+  const best = place.querySelector(".part.lacking.best");
+  place.scrollLeft = 0; place.scrollTop = 0;
+  if (best) reveal(best);
   select(path, true);
   fillIn();
   redraw();
@@ -62,9 +66,57 @@ function colourFinding(diagram, place) {
     const own = diagram.parts[Number(node.dataset.part)], most = Math.max(0, ...places.filter((one) => isWithin(one.component || "", own.path)).map((one) => one.score));
     if (!(most > 0)) continue;
     node.classList.add("lacking");
+    node.classList.toggle("best", most === top);
     node.style.setProperty("--share", Math.sqrt(most / top).toFixed(3));
     node.setAttribute("aria-label", node.getAttribute("aria-label") + ", would explain up to " + Math.round(100 * most / top) + " % of what the best place does");
   }
+}
+
+// What of a diagram that is larger than its place is in view, as a small picture of its parts under a frame; whoever drags the frame moves the diagram.
+// By keys the diagram itself is scrolled, so for others this picture says nothing new.
+const overview = { frame: null, of: null };
+
+function layOverview() {
+  const place = document.getElementById("drawing"), box = document.getElementById("overview"), own = place.querySelector("svg.diagram");
+  const isLarge = Boolean(own) && (place.scrollWidth > place.clientWidth + 1 || place.scrollHeight > place.clientHeight + 1);
+  box.hidden = !isLarge;
+  if (!isLarge) return;
+  if (overview.of !== own) {
+    overview.of = own;
+    const { width, height } = own.viewBox.baseVal, outer = own.getBoundingClientRect(), scale = width / outer.width;
+    const parts = [...own.querySelectorAll(".part")].map((part) => {
+      const at = part.getBoundingClientRect(), small = document.createElementNS(SVG, "rect");
+      const sizes = { x: (at.left - outer.left) * scale, y: (at.top - outer.top) * scale, width: at.width * scale, height: at.height * scale };
+      for (const [name, value] of Object.entries(sizes)) small.setAttribute(name, value.toFixed(1));
+      small.classList.toggle("lacking", part.classList.contains("lacking"));
+      small.style.setProperty("--share", part.style.getPropertyValue("--share") || "0");
+      return small;
+    });
+    const svg = document.createElementNS(SVG, "svg"), frame = document.createElementNS(SVG, "rect");
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    svg.style.height = Math.max(16, Math.min(90, box.clientWidth * height / width)) + "px";
+    frame.classList.add("frame");
+    svg.append(...parts, frame);
+    const move = (event) => {
+      const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+      place.scrollLeft = at.x / width * place.scrollWidth - place.clientWidth / 2;
+      place.scrollTop = at.y / height * place.scrollHeight - place.clientHeight / 2;
+    };
+    svg.addEventListener("pointerdown", (event) => { svg.setPointerCapture(event.pointerId); move(event); });
+    svg.addEventListener("pointermove", (event) => { if (event.buttons) move(event); });
+    box.replaceChildren(svg);
+    overview.frame = frame;
+  }
+  const { width, height } = own.viewBox.baseVal, part = (from, room, whole, all) => [all * from / whole, all * Math.min(1, room / whole)];
+  const [x, across] = part(place.scrollLeft, place.clientWidth, place.scrollWidth, width), [y, down] = part(place.scrollTop, place.clientHeight, place.scrollHeight, height);
+  for (const [name, value] of Object.entries({ x, y, width: across, height: down })) overview.frame.setAttribute(name, value.toFixed(1));
+}
+
+// Scrolls the diagram to a part that is not wholly in view; the page stays where it is.
+function reveal(node) {
+  const place = document.getElementById("drawing"), outer = place.getBoundingClientRect(), own = node.getBoundingClientRect();
+  if (own.left < outer.left || own.right > outer.left + place.clientWidth) place.scrollLeft += own.left + own.width / 2 - outer.left - place.clientWidth / 2;
+  if (own.top < outer.top || own.bottom > outer.top + place.clientHeight) place.scrollTop += own.top + own.height / 2 - outer.top - place.clientHeight / 2;
 }
 
 // The size that fits, but not so small that nobody reads it.
@@ -74,6 +126,7 @@ function fit() {
   const natural = picture.shown.width, room = place.clientWidth - 4;
   if (picture.scale === null) picture.scale = Math.max(Math.min(1, room / natural), LEAST_SCALE);
   svg.style.width = natural * picture.scale + "px";
+  layOverview();
 }
 
 function resize(factor) {
@@ -127,5 +180,6 @@ function beginDiagram() {
   document.getElementById("smaller").onclick = () => resize(1 / 1.25);
   document.getElementById("larger").onclick = () => resize(1.25);
   document.getElementById("whole").onclick = () => resize(null);
+  document.getElementById("drawing").addEventListener("scroll", layOverview);
   document.getElementById("show-values").onchange = () => redraw();
 }

@@ -110,7 +110,11 @@ function select(path, quietly) {
   if (!DATA.model) return;
   lists.path = path;
   const shown = picture.shown, part = shown ? shown.parts.find((own) => own.path === path) : null;
-  for (const node of document.querySelectorAll("svg.diagram .part")) node.classList.toggle("chosen", shown.parts[Number(node.dataset.part)].path === path);
+  for (const node of document.querySelectorAll("svg.diagram .part")) {
+    const isChosen = shown.parts[Number(node.dataset.part)].path === path;
+    node.classList.toggle("chosen", isChosen);
+    if (isChosen) reveal(node);
+  }
   const diagram = diagramOf(path), className = part ? part.class : diagram ? diagram.class : "", known = entry(DATA.model.classes, className);
   document.getElementById("component-title").textContent = path || DATA.model.name;
   const about = document.getElementById("about-component");
@@ -119,6 +123,7 @@ function select(path, quietly) {
   if (describe) about.append(element("p", {}, describe));
   if (className && path) about.append(element("p", { class: "pale" }, (known ? known.kind + " " : "") + className));
   if (diagram && diagram !== shown) about.append(element("p", {}, element("button", { type: "button", onclick: () => { openDiagram(path); document.getElementById("drawing").focus(); } }, "look inside " + path)));
+  layAbout(path);
   layFinding(path);
   layParameters(path);
   lists.rows = [];
@@ -129,6 +134,15 @@ function select(path, quietly) {
   layTexts(path, part, known);
   fillIn();
   if (!quietly) redraw();
+}
+
+// Where what is said of a component stands below the diagram, as on a narrow screen, a way there and back.
+function layAbout(path) {
+  const section = document.getElementById("component"), chosen = document.getElementById("chosen"), title = document.getElementById("component-title");
+  const isBelow = path && section.getBoundingClientRect().left < chosen.getBoundingClientRect().right;
+  const way = (words, to, focused) => element("button", { type: "button", onclick: () => { to.scrollIntoView(); focused.focus({ preventScroll: true }); } }, words);
+  chosen.replaceChildren(...(isBelow ? [way("what " + path + " is", title, title)] : []));
+  if (isBelow) document.getElementById("about-component").prepend(element("p", {}, way("back to the diagram", document.getElementById("picture"), document.getElementById("drawing"))));
 }
 
 // What a search says of a component and of what is in it: what was named, and what the terms and effects at its places would explain.
