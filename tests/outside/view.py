@@ -406,7 +406,8 @@ end Wide;
     folder = WORK / "far"
     folder.mkdir(exist_ok=True)
     place = {"component": "rod20", "equation": "C*der(T) = a.Q + b.Q", "coefficient": 3, "shape": "T", "unit": "W/K", "score": 100}
-    (folder / "report.json").write_text(json.dumps({"model": "Wide.Chain", "sentence": "missing: a loss", "effects": [], "location": [place]}))
+    others = [{**place, "shape": "tanh(T/2.4211629507708946e-5)", "score": 20 - k} for k in range(13)]
+    (folder / "report.json").write_text(json.dumps({"model": "Wide.Chain", "sentence": "missing: a loss", "effects": [], "location": [place, *others]}))
     inside = """((name) => {
       const node = [...document.querySelectorAll("svg.diagram .part")].find((own) => picture.shown.parts[own.dataset.part].path === name);
       const own = node.getBoundingClientRect(), outer = document.getElementById("drawing").getBoundingClientRect();
@@ -427,7 +428,11 @@ end Wide;
             page.mouse.move(box["x"] + box["width"]*0.6, box["y"] + box["height"]/2, steps=4)
             page.mouse.up()
             check(page.evaluate("document.getElementById('drawing').scrollLeft") > 300, "and where its frame is dragged")
-            page.locator("#finding button").click()
+            more = page.locator("#finding details")
+            check(more.locator("summary").inner_text() == "2 more places" and not more.locator("li").first.is_visible(), "the rest of a long list is folded")
+            more.locator("summary").click()
+            check(more.locator("li").count() == 2 and "3*tanh(T/2.421e-5) W/K in" in more.inner_text(), more.inner_text())
+            page.locator("#finding button").first.click()
             check(page.evaluate(inside + "('rod20')"), "a place in the list is scrolled into view")
             if width == 500:
                 # What is said of a part stands far below: a way there and back.

@@ -162,15 +162,17 @@ function layFinding(path) {
     box.append(element("p", {}, "Named: " + one.words + " at " + one.component + ", " + sizes.join(", ")));
   }
   if (!own.length) { box.append(element("p", { class: "pale" }, "Nothing at this place explains a part of the gap.")); return; }
-  box.append(element("ul", {}, ...own.slice(0, MOST_PLACES).map((one) => {
+  const place = (one) => {
     const bar = element("i", {});
     bar.style.width = 100 * Math.max(0, one.score) / top + "%";
-    const what = one.effect ? (one.equation ? one.equation + " (" + one.effect + ")" : one.effect) : short(one.coefficient) + "*" + one.shape + (one.unit && one.unit !== "1" ? " " + one.unit : "") + " in " + one.equation;
+    const what = one.effect ? (one.equation ? one.equation + " (" + one.effect + ")" : one.effect) : short(one.coefficient) + "*" + rounded(String(one.shape)) + (one.unit && one.unit !== "1" ? " " + one.unit : "") + " in " + one.equation;
     const where = diagramOf(parted(one.component || "")[0]);
     const name = where ? element("button", { type: "button", onclick: () => { openDiagram(where.path); select(one.component); } }, one.component || DATA.model.name) : one.component || DATA.model.name;
     return element("li", {}, element("span", { class: "heat" }, bar), name, " ", element("code", {}, what), element("span", { class: "pale" }, ", drop of the cost " + short(one.score, 3)));
-  })));
-  if (own.length > MOST_PLACES) box.append(element("p", { class: "pale" }, own.length - MOST_PLACES + " more places"));
+  };
+  box.append(element("ul", {}, ...own.slice(0, MOST_PLACES).map(place)));
+  const more = own.slice(MOST_PLACES);
+  if (more.length) box.append(element("details", {}, element("summary", {}, more.length + " more places"), element("ul", {}, ...more.map(place))));
 }
 
 // Variables of the connectors of a component count as its own: those one level further in that hold no components.

@@ -14,6 +14,11 @@ function short(value, digits = 4) {
   return String(Number(value.toPrecision(digits)));
 }
 
+// A text with its long numbers as people read them.
+function rounded(text) {
+  return text.replace(/(?<![\w.])\d+\.\d{5,}(e[+-]?\d+)?/g, (number) => short(Number(number)));
+}
+
 // A number with its unit, as `12.5 MPa`.
 function withUnit(value, unit, kind) {
   if (!Number.isFinite(value)) return "–";
