@@ -490,6 +490,7 @@ h0 = "level"
 k = { parameter = "k", relative = 0.1 }
 [shots]
 time = "t"
+trigger_jitter = 0.002
 """
 
 
@@ -567,8 +568,37 @@ def check_shots(browser):
         accessible(browser, url, "shots")
     with Served(lab / "study.toml", "--bench", lab / "set.json") as url:
         page = open_page(browser, url)
-        check(all(own[0] > 3 for own in page.evaluate("bench.deviations")), "as the drawings say the model is far from the shots")
+        before = [own[0] for own in page.evaluate("bench.deviations")]
+        check(all(own > 3 for own in before), "as the drawings say the model is far from the shots")
+        # What may be off, by keys: the table follows, and so does the parameter in the list of its component.
+        said = page.inner_text("#slack")
+        check("Parameters (1)" in said and "expected 0.8 1/s ± 10 %" in said, said)
+        page.get_by_label("k, what may be off, by slider").focus()
+        for _ in range(2):
+            page.keyboard.press("PageUp")
+        until(page, "!bench.flying && !bench.waiting && !runs.flying && runs.own.key === question() && !view.due")
+        after = [own[0] for own in page.evaluate("bench.deviations")]
+        check(all(0 < now < old - 1 for now, old in zip(after, before)), f"nearer to the shots: {before}, {after}")
+        value = page.locator("input[id='o-k']").input_value()
+        check(0.85 < float(value) < 0.95 and "σ above" in page.inner_text("#slack"), f"{value}: {page.inner_text('#slack')}")
+        check(page.locator("input[id='p-k']").input_value() == value, "the other field follows")
+        check(page.evaluate("document.activeElement.getAttribute('aria-label')") == "k, what may be off, by slider", "the focus stays")
+        # Of one shot alone: it belongs to the shot that is chosen.
+        check("Shot 1 alone" in page.inner_text("#slack"), page.inner_text("#slack"))
+        page.get_by_role("button", name="shot 3").click()
+        page.get_by_text("Shot 3 alone").click()
+        field = page.get_by_label("trigger (shot 3)", exact=False).first
+        field.fill("0.004")
+        until(page, "!bench.flying && !bench.waiting && !runs.flying && runs.own.key === question()")
+        moved = [own[0] for own in page.evaluate("bench.deviations")]
+        check(moved[2] != after[2] and [moved[0], moved[1], moved[3]] == [after[0], after[1], after[3]], f"in its shot alone: {after}, {moved}")
+        page.screenshot(path=WORK / "view_slack.png", full_page=True)
+        page.get_by_role("button", name="all as expected").click()
+        until(page, "!bench.flying && !bench.waiting && !isChanged()")
+        again = [own[0] for own in page.evaluate("bench.deviations")]
+        check(again == before, f"as it was: {before}, {again}")
         done(page, url.split("/?")[0])
+        accessible(browser, url, "study")
 
 
 def check_written(browser):

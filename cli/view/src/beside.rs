@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hyd_compiler::Severity;
 use hyd_run::{Failure, clock};
-use hyd_verbs::shots::{Answer, Shots, Text, deviation};
+use hyd_verbs::shots::{Answer, Changed, Counts, Shots, Slack, Text, deviation};
 use hyd_verbs::study::Opened;
 use hyd_verbs::{Libraries, Listener};
 use serde_json::{Value, json};
@@ -74,7 +74,8 @@ impl Beside {
     }
 
     fn new(shots: Shots, sizes: Vec<(String, String)>, model: &Model) -> Self {
-        let runs = (0..shots.all.len()).map(|shot| shots.run(shot, &model.set, &hyd_run::interrupt::requested));
+        let first = Changed { set: &model.set, off: &[] };
+        let runs = (0..shots.all.len()).map(|shot| shots.run(shot, first, &hyd_run::interrupt::requested));
         Self { at_first: runs.collect(), shots, sizes }
     }
 
@@ -96,15 +97,17 @@ impl Beside {
                 "traces": traces.collect::<Vec<_>>(), "deviations": first.deviations, "message": first.message, "stride": stride})
         });
         let sizes: Vec<Value> = self.sizes.iter().map(|(name, words)| json!({"name": name, "words": words})).collect();
-        json!({"channels": channels.collect::<Vec<_>>(), "all": shots.collect::<Vec<_>>(), "sizes": sizes})
+        let slack = self.shots.slack.iter().map(|own| of_slack(own, &self.shots));
+        json!({"channels": channels.collect::<Vec<_>>(), "all": shots.collect::<Vec<_>>(), "sizes": sizes,
+            "slack": slack.collect::<Vec<_>>()})
     }
 
     /// The answer to changed parameters: how far each shot is from what was measured, and the curves of one of them.  What belongs to shots alone,
     /// as their conditions, is changed in that one only.
-    /// `model`: what is set for all of them.
+    /// `model`: what is set for all of them; `off`: what is off, and how far.
     pub(crate) fn answer(
         &self,
-        (model, changed): (Set<'_>, Set<'_>),
+        (model, changed, off): (Set<'_>, Set<'_>, &[(String, f64)]),
         chosen: usize,
         stopped: &dyn Fn() -> bool,
     ) -> Numbers {
@@ -117,7 +120,7 @@ impl Beside {
             let of_shot: Vec<(String, String)> = of_shot.collect();
             let others = model.iter().filter(|(name, _)| of_shot.iter().all(|(other, _)| other != name)).cloned();
             let set: Vec<(String, String)> = others.chain(of_shot.iter().cloned()).collect();
-            let answer = self.shots.run(k, &set, stopped);
+            let answer = self.shots.run(k, Changed { set: &set, off }, stopped);
             if answer.interrupted || stopped() {
                 return Numbers { header: json!({"status": "interrupted", "message": ""}), ..Numbers::default() };
             }
@@ -136,6 +139,31 @@ impl Beside {
             "ms": (clock::wall_seconds() - begin) * 1e3});
         numbers
     }
+}
+
+/// A number that may be off.  One that a parameter alone says is that parameter, in its unit; any other goes by its name.
+fn of_slack(own: &Slack, shots: &Shots) -> Value {
+    let channel = match own.counts {
+        Counts::Gain(channel) | Counts::Offset(channel) => Some(shots.channels[channel].name.as_str()),
+        _ => None,
+    };
+    let kind = match own.counts {
+        Counts::Factor => "factor",
+        Counts::Value => "value",
+        Counts::Later => "later",
+        Counts::Gain(_) => "gain",
+        Counts::Offset(_) => "offset",
+        Counts::Late => "late",
+    };
+    let (plain, by) = match own.plain() {
+        Some((name, base)) if own.counts == Counts::Factor => (Some(name), base),
+        Some((name, _)) => (Some(name), 1.0),
+        None => (None, 1.0),
+    };
+    let ends = |(low, high): (f64, f64)| [(low * by).min(high * by), (low * by).max(high * by)];
+    json!({"name": own.name, "kind": kind, "shot": own.shot, "channel": channel, "unit": own.unit, "plain": plain,
+        "expected": own.expected * by, "tolerance": own.tolerance * by.abs(), "range": ends(own.range), "limits": ends(own.limits),
+        "parameters": own.parameters})
 }
 
 /// Every how many-th sample is drawn.

@@ -17,13 +17,14 @@ use crate::variables;
 
 const PAGE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
-const SCRIPTS: [&str; 8] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("page/numbers.js"),
     include_str!("page/runs.js"),
     include_str!("page/plot.js"),
     include_str!("page/diagram.js"),
     include_str!("page/lists.js"),
     include_str!("page/shots.js"),
+    include_str!("page/slack.js"),
     include_str!("page/next.js"),
     include_str!("page/page.js"),
 ];
@@ -190,7 +191,8 @@ fn written_runs(session: &Session) -> Value {
         // Where inputs were recorded, a run is that of the first shot.
         let shots = session.beside.iter().flat_map(|beside| &beside.shots.all);
         let shot = shots.into_iter().next().filter(|_| !model.driven.is_empty());
-        let (header, rows) = model.run(&[], shot, &hyd_run::interrupt::requested);
+        let under = shot.map(|shot| (shot, &shot.set[..]));
+        let (header, rows) = model.run(&[], under, &hyd_run::interrupt::requested);
         let width = if rows.is_empty() { 0 } else { rows.row(0).len() };
         let wanted = wanted_first(model, width, MOST_NUMBERS / rows.len().max(1));
         runs.push(base64(&bytes(&model.numbers(header, &rows, &wanted))));

@@ -131,6 +131,7 @@ struct Last {
     reading: u64,
     set: Value,
     shot: Option<u64>,
+    off: Value,
     header: Value,
     rows: Trajectory,
 }
@@ -211,7 +212,7 @@ impl Server {
         }
     }
 
-    /// The answer to `{"reading": n, "set": {...}, "shot": k}`: how far all shots are from what was measured, and the curves of one of them.
+    /// The answer to `{"reading": n, "set": {...}, "off": {...}, "shot": k}`: how far all shots are from what was measured, and the curves of one of them.
     fn shots(&self, read: &Read, body: &Value) -> Numbers {
         let Some(beside) = &read.session.beside else { return refused("there are no shots") };
         if body["reading"] != read.number {
@@ -226,10 +227,14 @@ impl Server {
         if let Err(words) = model.within_limits(&set) {
             return refused(&words);
         }
-        beside.answer((&model.set, &changed), body["shot"].as_u64().unwrap_or(0) as usize, &stopped)
+        let off = off(body);
+        if let Err(words) = beside.shots.refuse(&off) {
+            return refused(&words);
+        }
+        beside.answer((&model.set, &changed, &off), body["shot"].as_u64().unwrap_or(0) as usize, &stopped)
     }
 
-    /// The answer to `{"reading": n, "set": {...}, "columns": [...]}`, with `"shot": k` under the conditions of a shot, or `{"reading": n, "file": k, "columns": [...]}`.
+    /// The answer to `{"reading": n, "set": {...}, "columns": [...]}`, with `"shot": k` under the conditions of a shot and `"off": {...}` with what is off in it, or `{"reading": n, "file": k, "columns": [...]}`.
     fn numbers(&self, read: &Read, body: &Value) -> Numbers {
         let session = &read.session;
         if body["reading"] != read.number {
@@ -248,23 +253,35 @@ impl Server {
         let stopped = || self.newest.load(Ordering::Relaxed) != number || interrupt::requested();
         // A run that panicked has left nothing half done: the rows before it still count.
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        let (set, chosen) = (&body["set"], body["shot"].as_u64());
-        if last.as_ref().is_none_or(|own| own.reading != read.number || own.set != *set || own.shot != chosen) {
+        let (set, chosen, moved) = (&body["set"], body["shot"].as_u64(), &body["off"]);
+        let is_asked =
+            |own: &Last| own.reading == read.number && own.set == *set && own.shot == chosen && own.off == *moved;
+        if !last.as_ref().is_some_and(is_asked) {
             let changed = changed(body);
             let interrupted =
                 || Numbers { header: json!({"status": "interrupted", "message": ""}), ..Numbers::default() };
             if stopped() {
                 return interrupted();
             }
-            let shot = chosen.and_then(|shot| session.beside.as_ref()?.shots.all.get(shot as usize));
+            let shots = session.beside.as_ref().map(|beside| &beside.shots);
+            let shot = chosen.and_then(|shot| shots?.all.get(shot as usize));
+            let off = off(body);
+            if let Some(Err(words)) = shots.map(|shots| shots.refuse(&off)) {
+                return refused(&words);
+            }
+            let conditions = match (shots, chosen) {
+                (Some(shots), Some(number)) if shot.is_some() => shots.conditions(number as usize, &off),
+                _ => Vec::new(),
+            };
             if shot.is_none() && !model.driven.is_empty() {
                 return refused("its inputs were recorded in the shots: choose a shot");
             }
-            let (header, rows) = model.run(&changed, shot, &stopped);
+            let (header, rows) = model.run(&changed, shot.map(|shot| (shot, &conditions[..])), &stopped);
             if header["status"] == "interrupted" {
                 return interrupted();
             }
-            *last = Some(Last { reading: read.number, set: set.clone(), shot: chosen, header, rows });
+            let (set, off) = (set.clone(), moved.clone());
+            *last = Some(Last { reading: read.number, set, shot: chosen, off, header, rows });
         }
         match &*last {
             Some(own) => model.numbers(own.header.clone(), &own.rows, &wanted),
@@ -277,6 +294,12 @@ impl Server {
 fn changed(body: &Value) -> Vec<(String, String)> {
     let set = body["set"].as_object().into_iter().flatten();
     set.filter_map(|(name, value)| Some((name.clone(), value.as_str()?.to_string()))).collect()
+}
+
+/// What a question says to be off.
+fn off(body: &Value) -> Vec<(String, f64)> {
+    let off = body["off"].as_object().into_iter().flatten();
+    off.filter_map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
 }
 
 fn page_of(page: String, own: String) -> Answer {

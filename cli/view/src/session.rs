@@ -10,7 +10,7 @@ use hyd_compiler::render::render;
 use hyd_compiler::{Code, Compilation, Diagnostic, Extras, Goal, Severity};
 use hyd_results::{Table, Trajectory};
 use hyd_run::{Failure, RunArguments, Selection, Status, clock, parameters, read_text};
-use hyd_system::{DaeSystem, Hold, Inputs, Place, Series, ValueKind};
+use hyd_system::{DaeSystem, Hold, Place, Series, ValueKind};
 use hyd_verbs::result_table::read_runs;
 use hyd_verbs::unit::is_unit;
 use hyd_verbs::{Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
@@ -329,10 +329,7 @@ impl Model {
     pub(crate) fn parameters(&self) -> Result<Vec<f64>, Failure> {
         let Some(model) = &self.compilation.model else { return Ok(Vec::new()) };
         let mut system = model.instantiate();
-        parameters::apply(&mut system, &self.set, &self.compilation.set_at_translation).map_err(Failure::Fault)?;
-        let start = model.payload().experiment.start.unwrap_or(0.0);
-        // What fails here fails in the run, which says why.
-        let _ = system.bind(start);
+        self.bind(&mut system, &self.set).map_err(Failure::Fault)?;
         Ok(system.parameters().to_vec())
     }
 
@@ -366,15 +363,15 @@ impl Model {
         reals.take(FEW).map(|own| own.column.name).collect()
     }
 
-    /// Runs the model with some parameters changed, under the conditions of a shot if one is given; gives its rows and its summary.
+    /// Runs the model with some parameters changed, under the conditions of a shot if one is given, as they are and with what is off in it; gives its rows and its summary.
     pub(crate) fn run(
         &self,
         changed: &[(String, String)],
-        shot: Option<&Shot>,
+        under: Option<(&Shot, &[(String, String)])>,
         stopped: &dyn Fn() -> bool,
     ) -> (Value, Trajectory) {
         let begin = clock::wall_seconds();
-        let conditions = shot.map_or(&[][..], |shot| &shot.set);
+        let (shot, conditions) = under.map_or((None, &[][..]), |(shot, conditions)| (Some(shot), conditions));
         let mut set: Vec<(String, String)> = Vec::new();
         for own in conditions.iter().chain(&self.set).chain(changed) {
             set.retain(|(name, _)| *name != own.0);
@@ -453,8 +450,18 @@ impl Model {
         let Some(model) = &self.compilation.model else { return Ok(()) };
         let mut system = model.instantiate();
         let set: Vec<(String, String)> = set.iter().filter(|(name, _)| !name.ends_with(START)).cloned().collect();
-        parameters::apply(&mut system, &set, &self.compilation.set_at_translation)?;
-        let start = model.payload().experiment.start.unwrap_or(0.0);
+        self.bind(&mut system, &set)?;
+        parameters::outside(&model.payload().parameters.limits, &system).map_or(Ok(()), Err)
+    }
+
+    /// Sets parameters, and finds those that follow from others.
+    ///
+    /// # Errors
+    /// A parameter that cannot be set so.
+    fn bind(&self, system: &mut dyn DaeSystem, set: &[(String, String)]) -> Result<(), String> {
+        parameters::apply(system, set, &self.compilation.set_at_translation)?;
+        let model = self.compilation.model.as_ref();
+        let start = model.and_then(|model| model.payload().experiment.start).unwrap_or(0.0);
         // Recorded inputs change no parameter, but without any nothing is bound.
         for input in 0..system.structure().inputs.len() {
             let still = Series::new(vec![start, start + 1.0], vec![0.0, 0.0], Hold::Linear).map(Arc::new);
@@ -464,7 +471,7 @@ impl Model {
         }
         // What fails here fails in the run, which says why.
         let _ = system.bind(start);
-        parameters::outside(&model.payload().parameters.limits, &system).map_or(Ok(()), Err)
+        Ok(())
     }
 
     /// What of a run goes to the page.

@@ -18,6 +18,11 @@ impl Problem<'_> {
         }
         text
     }
+
+    /// The name by which a run sets the parameter at a position of the list of places.
+    pub fn set_as(&self, place: usize) -> String {
+        StartOf::set_as(self.places[place].name())
+    }
 }
 
 /// A text without what would end a comment.
@@ -26,11 +31,10 @@ pub(super) fn plain(text: &str) -> String {
 }
 
 /// The line of a parameter, which is given by its position in the list of places.
-pub(super) fn line(problem: &Problem<'_>, place: usize, value: f64) -> String {
-    let place = &problem.places[place];
+pub(super) fn line(problem: &Problem<'_>, at: usize, value: f64) -> String {
+    let place = &problem.places[at];
     let unit = problem.machine.unit(place);
-    let mut line =
-        format!("{} = {}", quoted(&StartOf::set_as(place.name())), toml_value(&problem.machine.kind(place), value));
+    let mut line = format!("{} = {}", quoted(&problem.set_as(at)), toml_value(&problem.machine.kind(place), value));
     if !unit.is_empty() {
         // Writing to a String cannot fail.
         let _ = write!(line, " # {}", plain(&unit));

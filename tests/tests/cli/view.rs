@@ -333,7 +333,8 @@ fn windows_of_a_record_begin_where_they_do() {
     let folder = Scratch::new();
     let tanks = root().join("tests/real/tanks").display().to_string();
     let (study, set) = (format!("{tanks}/bench.toml"), format!("{tanks}/set.json"));
-    let outcome = run(folder.path(), &["view", &study, "--bench", &set, "--library", &tanks, "--output", "page.html"]);
+    let arguments = [&*study, "--bench", &set, "--library", &tanks];
+    let outcome = run(folder.path(), &[&["view"], &arguments[..], &["--output", "page.html"]].concat());
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let shots = data(&folder.read("page.html"))["shots"]["all"].as_array().unwrap().clone();
     assert_eq!(shots.len(), 4);
@@ -348,6 +349,22 @@ fn windows_of_a_record_begin_where_they_do() {
             "{start} {now} {measured}"
         );
     }
+    // Where a record begins may be off, and a run begins where it is moved to: in its shot, and in no other.
+    let viewer = Viewer::start(folder.path(), &arguments);
+    let page = data(&viewer.page());
+    let begin =
+        page["shots"]["slack"].as_array().unwrap().iter().find(|own| own["name"] == "h_2 at the beginning (shot 2)");
+    let begin = begin.expect("a level that may be off");
+    let expected = begin["expected"].as_f64().unwrap();
+    assert_eq!((&begin["shot"], &begin["parameters"][0][0]), (&json!(1), &json!("h_2.start")));
+    let first = |shot: usize, off: &Value| {
+        let (header, columns) = viewer.numbers("/shots", &json!({"reading": 1, "shot": shot, "set": {}, "off": off}));
+        assert_eq!(header["status"], "done", "{header}");
+        f64::from(columns[0][0])
+    };
+    let (still, off) = (json!({}), json!({"h_2 at the beginning (shot 2)": expected + 0.4}));
+    assert!((first(1, &still) - expected).abs() < 1e-6 && (first(1, &off) - expected - 0.4).abs() < 1e-6);
+    assert_eq!(first(0, &still), first(0, &off));
 }
 
 #[test]

@@ -355,6 +355,61 @@ fn shots_stand_beside_the_written_model(place: &Path, report: &Value, curves: &B
     assert!((last - level(3, SHOTS[3].4)).abs() < 0.02, "{last}");
 }
 
+/// Takes the number of a shot, its curve, and the true outlet.
+type Compare<'a> = dyn Fn(usize, &[f64], f64) + 'a;
+
+/// What the study and the set say that may be off, as numbers that are moved: what is shown then is computed here.
+fn what_may_be_off_moves_the_shots(viewer: &Viewer, page: &Value, compare: &Compare<'_>) {
+    let slack = page["shots"]["slack"].as_array().unwrap();
+    let names: Vec<&str> = slack.iter().map(|own| own["name"].as_str().unwrap()).collect();
+    let alone = ["h0 (shot 1)", "h0 (shot 2)", "h0 (shot 3)", "h0 (shot 4)"];
+    assert_eq!(names, [&alone[..], &["k", "s", "offset of h_mm", "gain of h_mm"]].concat());
+    let of = |name: &str| slack.iter().find(|own| own["name"] == name).unwrap();
+    let near = |own: &Value, wanted: f64| assert!((own.as_f64().unwrap() - wanted).abs() < 1e-9, "{own} {wanted}");
+    // One that a parameter alone says, in its unit; three standard deviations to each side, as far as its limits allow.
+    let k = of("k");
+    assert_eq!((&k["plain"], &k["kind"], &k["shot"]), (&json!("k"), &json!("factor"), &Value::Null));
+    near(&k["expected"], 0.8);
+    near(&k["tolerance"], 0.08);
+    near(&k["range"][0], 0.56);
+    near(&k["range"][1], 1.04);
+    near(&k["limits"][0], 0.0);
+    // One of a shot alone, and a measuring chain, in the unit of the table.
+    let begin = of("h0 (shot 2)");
+    assert_eq!((&begin["plain"], &begin["shot"], &begin["kind"]), (&Value::Null, &json!(1), &json!("value")));
+    near(&begin["expected"], SHOTS[1].1);
+    near(&begin["range"][1], SHOTS[1].1 + 0.15);
+    let offset = of("offset of h_mm");
+    assert_eq!((&offset["unit"], &offset["channel"]), (&json!("mm"), &json!("h_mm")));
+    near(&offset["range"][1], 9.0);
+    let shown = |off: &Value, set: &Value| {
+        let (header, columns) = viewer.numbers("/shots", &json!({"reading": 1, "shot": 1, "set": set, "off": off}));
+        assert_eq!(header["status"], "done", "{header}");
+        columns[0].iter().map(|value| f64::from(*value)).collect::<Vec<f64>>()
+    };
+    let moved = shown(
+        &json!({"h0 (shot 2)": SHOTS[1].1 + 0.1, "h0 (shot 1)": 0.6, "gain of h_mm": 1.02, "offset of h_mm": 7.0}),
+        &json!({"k": "0.9"}),
+    );
+    for (sample, shown) in (SHOTS[1].3..=SHOTS[1].4).zip(&moved) {
+        let wanted = 1.02 * 1e3 * level_of(1, sample, (0.9, 0.0, 0.1)) + 7.0;
+        assert!((shown - wanted).abs() < 0.5, "sample {sample}: {shown} instead of {wanted}");
+    }
+    compare(1, &shown(&json!({"h0 (shot 1)": 0.6}), &json!({})), 0.8);
+    // The run of the diagram has the same conditions.
+    let all = page["variables"].as_array().unwrap();
+    let column = all.iter().find(|own| own["n"] == "h").unwrap()["o"][0].as_u64().unwrap();
+    let body =
+        json!({"reading": 1, "shot": 1, "set": {}, "off": {"h0 (shot 2)": SHOTS[1].1 + 0.1}, "columns": [column]});
+    let (header, columns) = viewer.numbers("/run", &body);
+    assert_eq!(header["status"], "done", "{header}");
+    assert!((f64::from(columns[0][0]) - SHOTS[1].1 - 0.1).abs() < 1e-6, "{}", columns[0][0]);
+    for (off, words) in [(json!({"k": -0.1}), "`k` cannot be -0.1"), (json!({"kk": 1}), "no number `kk`")] {
+        let (refused, _) = viewer.numbers("/shots", &json!({"reading": 1, "shot": 1, "set": {}, "off": off}));
+        assert!(refused["message"].as_str().is_some_and(|own| own.contains(words)), "{refused}");
+    }
+}
+
 #[test]
 fn shots_of_a_study_stand_beside_its_model() {
     let folder = rig();
@@ -363,6 +418,9 @@ fn shots_of_a_study_stand_beside_its_model() {
     let page = data(&viewer.page_at("/"));
     let shots = page["shots"]["all"].as_array().unwrap();
     assert_eq!((shots.len(), &page["finding"]), (4, &Value::Null));
+    // Parameters have their values although an input was recorded.
+    let own = page["variables"].as_array().unwrap().iter().find(|own| own["n"] == "k").unwrap();
+    assert_eq!(page["model"]["parameters"][own["p"][0].as_u64().unwrap() as usize], 0.8);
     let compare = |k: usize, curve: &[f64], outlet: f64| {
         for (sample, shown) in (SHOTS[k].3..=SHOTS[k].4).zip(curve) {
             let wanted = 1e3 * level_of(k, sample, (outlet, 0.0, 0.0));
@@ -380,6 +438,7 @@ fn shots_of_a_study_stand_beside_its_model() {
     assert_eq!(header["status"], "done", "{header}");
     let now: Vec<f64> = columns[0].iter().map(|value| f64::from(*value)).collect();
     compare(1, &now, 0.9);
+    what_may_be_off_moves_the_shots(&viewer, &page, &compare);
     // Files and words that do not fit.
     for (files, words) in [
         (&["lab/study.toml", "--library", "lab"][..], "is a study: --bench SET.json names its set of shots"),

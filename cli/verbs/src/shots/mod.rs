@@ -2,7 +2,7 @@
 //! show stands beside what they have shown.
 //!
 //! [`Shots::of_report`] reads them from the folder of a report (`hyd discover --report`), for the model that it has written; [`Shots::of_study`]
-//! takes those of a study, everything that may be off as expected. A channel is an expression of the model; a second model with all of them as
+//! takes those of a study, with what may be off ([`Slack`]) as expected or moved by whoever looks. A channel is an expression of the model; a second model with all of them as
 //! variables is translated for these runs. A deviation is plain, without what a search does about correlation or times: the root of
 //! the mean square of measured minus shown over the standard deviation of the noise, over the samples that count.
 
@@ -10,19 +10,22 @@ mod chain;
 mod curves;
 mod of_report;
 mod of_study;
+mod slack;
 mod translated;
 
 use std::path::Path;
 
+use hyd_compiler::{Diagnostic, Files, Severity};
 use hyd_results::Trajectory;
 use hyd_run::{InputTable, RunArguments, Status};
 
 use chain::Chain;
-use translated::Translated;
+use translated::{Translated, Translator};
 
-use crate::{Failure, Run, run_diagnostic, with_whole_loops};
+use crate::{Failure, Listener, Run, run_diagnostic, with_whole_loops};
 
 pub use of_report::{WRITTEN_MODEL, driven_by, is_written_model, written_class};
+pub use slack::{Counts, Slack};
 
 /// What a name ends with that sets the start of a state: the translation takes it.
 pub const START: &str = ".start";
@@ -36,8 +39,12 @@ pub struct Shots {
     pub channels: Vec<Channel>,
     /// Shots in their order.
     pub all: Vec<Shot>,
+    /// What may be off, where a study says so.
+    pub slack: Vec<Slack>,
     /// One for all shots, or one for each where starts of states differ, which the translation takes.
     translated: Vec<Translated>,
+    /// Makes one more, where a start is moved.
+    translator: Translator,
     /// Relative tolerance of runs; none: as the model says.
     tolerance: Option<f64>,
 }
@@ -87,6 +94,15 @@ pub struct Trace {
     added: Vec<f64>,
 }
 
+/// What is changed.
+#[derive(Clone, Copy, Default)]
+pub struct Changed<'a> {
+    /// Parameters, with their values as text, those that shots set themselves among them.
+    pub set: &'a [(String, String)],
+    /// What may be off, by name.
+    pub off: &'a [(String, f64)],
+}
+
 /// A shot with changed parameters.
 pub struct Answer {
     /// What the channels show, at the times of the shot; none where the shot lacks the channel, or where its run failed.
@@ -123,11 +139,33 @@ pub struct Text<'a> {
 }
 
 impl Shots {
+    /// Why these numbers cannot be off so far.
+    ///
+    /// # Errors
+    /// A sentence.
+    pub fn refuse(&self, off: &[(String, f64)]) -> Result<(), String> {
+        slack::refused(&self.slack, off)
+    }
+
+    /// What a shot sets where these numbers are off.
+    pub fn conditions(&self, shot: usize, off: &[(String, f64)]) -> Vec<(String, String)> {
+        let mut set = self.all[shot].set.clone();
+        for (name, value) in slack::moved(&self.slack, off, shot) {
+            let value = format!("{value:?}");
+            match set.iter_mut().find(|(known, _)| *known == name) {
+                Some(known) => known.1 = value,
+                None => set.push((name, value)),
+            }
+        }
+        set
+    }
+
     /// What the model has at the times of a shot, by channel.
-    fn models(&self, shot: usize, changed: &[(String, String)], stopped: &dyn Fn() -> bool) -> Result<Modelled, NoRun> {
+    fn models(&self, shot: usize, changed: Changed<'_>, stopped: &dyn Fn() -> bool) -> Result<Modelled, NoRun> {
         let own = &self.all[shot];
-        let kept = own.set.iter().filter(|(name, _)| changed.iter().all(|(other, _)| other != name));
-        let set: Vec<(String, String)> = kept.chain(changed).cloned().collect();
+        let conditions = self.conditions(shot, changed.off);
+        let kept = conditions.iter().filter(|(name, _)| changed.set.iter().all(|(other, _)| other != name));
+        let set: Vec<(String, String)> = kept.chain(changed.set).cloned().collect();
         let span = own.span.1 - own.span.0;
         let period = match own.times.as_slice() {
             [first, .., last] => (last - first) / (own.times.len() - 1) as f64,
@@ -142,7 +180,10 @@ impl Shots {
             intervals: Some(rows),
             ..RunArguments::default()
         };
-        let translated = &self.translated[shot.min(self.translated.len() - 1)];
+        let starts = starts_of(&set);
+        let again = (starts != starts_of(&own.set)).then(|| self.translator.translate(starts, &Silent)).transpose();
+        let again = again.map_err(not_begun)?;
+        let translated = again.as_ref().unwrap_or(&self.translated[shot.min(self.translated.len() - 1)]);
         let compilation = &translated.compilation;
         let run = Run {
             compilation,
@@ -155,12 +196,7 @@ impl Shots {
             progress: false,
         };
         let whole = || with_whole_loops(compilation, &set);
-        let (outcome, rows) = run.simulate(&whole, &Trajectory::new, stopped).map_err(|failure| match failure {
-            Failure::Fault(message) | Failure::Usage(message) | Failure::Solver(message) => {
-                NoRun { message, interrupted: false }
-            }
-            _ => NoRun { message: "the run could not begin".to_string(), interrupted: false },
-        })?;
+        let (outcome, rows) = run.simulate(&whole, &Trajectory::new, stopped).map_err(not_begun)?;
         if let Err(error) = &outcome.result {
             let flat = compilation.flat.as_deref();
             let told = run_diagnostic(error, &compilation.files, flat, None);
@@ -168,15 +204,16 @@ impl Shots {
             return Err(NoRun { message: told.message, interrupted });
         }
         let values = own.traces.iter().enumerate().map(|(channel, trace)| {
-            let time = |&time: &f64| trace.as_ref().map_or(time, |own| own.chain.machine_time(time));
+            let chain = trace.as_ref().map(|own| slack::chain(&self.slack, changed.off, (shot, channel), own.chain));
+            let time = |&time: &f64| chain.map_or(time, |chain| chain.machine_time(time));
             translated.channel(channel, &rows, &own.times.iter().map(time).collect::<Vec<_>>())
         });
         let message = outcome.summary.message.clone().unwrap_or_default();
         Ok(Modelled { channels: values.collect(), message })
     }
 
-    /// A shot with some parameters changed, those that it sets itself among them. `stopped` is asked after every step.
-    pub fn run(&self, shot: usize, changed: &[(String, String)], stopped: &dyn Fn() -> bool) -> Answer {
+    /// A shot with some numbers changed. `stopped` is asked after every step.
+    pub fn run(&self, shot: usize, changed: Changed<'_>, stopped: &dyn Fn() -> bool) -> Answer {
         let own = &self.all[shot];
         let nothing = |message: String, interrupted: bool| Answer {
             curves: own.traces.iter().map(|_| None).collect(),
@@ -188,10 +225,11 @@ impl Shots {
             Ok(found) => found,
             Err(NoRun { message, interrupted }) => return nothing(message, interrupted),
         };
-        let curves = own.traces.iter().zip(models).map(|(trace, model)| {
+        let curves = own.traces.iter().zip(models).enumerate().map(|(channel, (trace, model))| {
             let trace = trace.as_ref()?;
+            let chain = slack::chain(&self.slack, changed.off, (shot, channel), trace.chain);
             let added = trace.added.iter().copied().chain(std::iter::repeat(0.0));
-            let shown = model.into_iter().zip(added).map(|(model, added)| trace.chain.shown(model, added));
+            let shown = model.into_iter().zip(added).map(|(model, added)| chain.shown(model, added));
             Some(shown.collect::<Vec<f64>>())
         });
         let curves: Vec<Option<Vec<f64>>> = curves.collect();
@@ -203,6 +241,31 @@ impl Shots {
             .map(|((trace, curve), channel)| deviation(&trace.as_ref()?.measured, curve.as_ref()?, channel.sigma));
         Answer { deviations: deviations.collect(), curves, message, interrupted: false }
     }
+}
+
+/// Starts of states among parameters, in the order of their names.
+fn starts_of(set: &[(String, String)]) -> Vec<(String, String)> {
+    let mut starts: Vec<(String, String)> = set.iter().filter(|(name, _)| name.ends_with(START)).cloned().collect();
+    starts.sort();
+    starts
+}
+
+fn not_begun(failure: Failure) -> NoRun {
+    match failure {
+        Failure::Fault(message) | Failure::Usage(message) | Failure::Solver(message) => {
+            NoRun { message, interrupted: false }
+        }
+        _ => NoRun { message: "the run could not begin".to_string(), interrupted: false },
+    }
+}
+
+/// Hears nothing: what a translation with other starts has to say was said before.
+struct Silent;
+
+impl Listener for Silent {
+    fn sentence(&self, _severity: Severity, _text: &str) {}
+
+    fn diagnostics(&self, _files: &Files, _diagnostics: &[Diagnostic]) {}
 }
 
 /// Root of the mean square of measured minus shown over the standard deviation of the noise; none where no sample counts.

@@ -11,8 +11,8 @@ use serde_json::Value;
 
 use super::chain::Chain;
 use super::curves::records;
-use super::translated::translated;
-use super::{Channel, Shot, Shots, Text, Trace};
+use super::translated::{Around, translated};
+use super::{Changed, Channel, Shot, Shots, Text, Trace};
 use crate::discovered_files::fingerprint;
 use crate::{Failure, Libraries, Listener};
 
@@ -134,8 +134,10 @@ impl Shots {
             });
         }
         let driven = driven_by(report);
-        let translated = translated(model, (&channels, &all), &driven, libraries, listener)?;
-        let mut shots = Self { channels, all, translated, tolerance: None };
+        let around = Around { driven: &driven, libraries };
+        let (translated, translator) = translated(model, (&channels, &all), around, listener)?;
+        let slack = Vec::new();
+        let mut shots = Self { channels, all, slack, translated, translator, tolerance: None };
         if report["run"]["fingerprint"].as_str() == Some(&fingerprint(model.text.as_bytes())) {
             shots.learn_added();
         } else {
@@ -150,7 +152,7 @@ impl Shots {
     /// Takes what a report shows beyond its chains for what is added to them, so that a run of the model as it stands is the curve of the report.
     fn learn_added(&mut self) {
         for shot in 0..self.all.len() {
-            let models = self.models(shot, &[], &|| false).ok();
+            let models = self.models(shot, Changed::default(), &|| false).ok();
             for (k, trace) in self.all[shot].traces.iter_mut().enumerate() {
                 let Some(trace) = trace else { continue };
                 let (Some(models), Some(found)) = (&models, &trace.found) else { continue };

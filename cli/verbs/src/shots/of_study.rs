@@ -6,7 +6,8 @@ use std::path::Path;
 use hyd_run::{InputTable, parameter_file};
 
 use super::chain::Chain;
-use super::translated::translated;
+use super::slack::Slack;
+use super::translated::{Around, translated};
 use super::{Channel, Shot, Shots, Text, Trace};
 use crate::study::{Opened, failure};
 use crate::{Failure, Libraries, Listener};
@@ -64,8 +65,12 @@ impl Shots {
         }
         let model = Text { file: &opened.model_file, text: &opened.model_text, class: &opened.class };
         let driven: Vec<String> = driven.into_iter().collect();
-        let translated = translated(model, (&channels, &all), &driven, libraries, listener)?;
-        Ok(Self { channels, all, translated, tolerance: Some(setup.study.run.tolerance) })
+        let around = Around { driven: &driven, libraries };
+        let (translated, translator) = translated(model, (&channels, &all), around, listener)?;
+        let scales: Vec<f64> = setup.data.channels.iter().map(|own| own.scale).collect();
+        let slack = Slack::all(&problem, &machine, &channels, &scales);
+        let tolerance = Some(setup.study.run.tolerance);
+        Ok(Self { channels, all, slack, translated, translator, tolerance })
     }
 }
 

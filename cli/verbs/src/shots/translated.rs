@@ -1,12 +1,13 @@
 //! The model of shots, translated once more with their channels as variables.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
 use hyd_compiler::{Compilation, Extras, Goal};
 use hyd_results::Trajectory;
 use hyd_system::Place;
 
-use super::{Channel, START, Shot, Text};
+use super::{Channel, Shot, Text, starts_of};
 use crate::{Failure, Libraries, Listener, Request, compile_text};
 
 /// The model with the channels as variables, and column and sign, or value, of each of them in a run.
@@ -21,18 +22,35 @@ enum Found {
     Constant(f64),
 }
 
-/// The model for these shots: one for all, or one for each where they begin at states of their own.  `driven`: inputs that shots have recorded.
+/// Where classes and inputs of a model come from.
+#[derive(Clone, Copy)]
+pub(super) struct Around<'a> {
+    /// Inputs that shots have recorded.
+    pub(super) driven: &'a [String],
+    pub(super) libraries: &'a Libraries,
+}
+
+/// The model with its channels as text, to be translated for starts of states.
+pub(super) struct Translator {
+    file: PathBuf,
+    /// The text of the model, and the one with its channels.
+    texts: (String, String),
+    /// Name of the class with the channels, word of their variables, how many there are.
+    channels: (String, String, usize),
+    driven: Vec<String>,
+    libraries: Libraries,
+}
+
+/// The model for these shots: one for all, or one for each where they begin at states of their own; what translates it for other starts.
 ///
 /// # Errors
 /// Channels that the model does not have.
 pub(super) fn translated(
     model: Text<'_>,
     (channels, shots): (&[Channel], &[Shot]),
-    driven: &[String],
-    libraries: &Libraries,
+    around: Around<'_>,
     listener: &dyn Listener,
-) -> Result<Vec<Translated>, Failure> {
-    let name = model.file.display().to_string();
+) -> Result<(Vec<Translated>, Translator), Failure> {
     if let Some(channel) = channels.iter().find(|own| own.expression.contains(';')) {
         return Err(Failure::Fault(format!("`{}` is not an expression of a channel", channel.expression)));
     }
@@ -47,21 +65,36 @@ pub(super) fn translated(
         let _ = writeln!(text, "  Real {variable}{k} = ({});", channel.expression);
     }
     let _ = writeln!(text, "end {class};");
-    let starts = |shot: &Shot| -> Vec<(String, String)> {
-        shot.set.iter().filter(|(name, _)| name.ends_with(START)).cloned().collect()
+    let translator = Translator {
+        file: model.file.to_path_buf(),
+        texts: (model.text.to_string(), text),
+        channels: (class, variable, channels.len()),
+        driven: around.driven.to_vec(),
+        libraries: around.libraries.clone(),
     };
-    let mut sets: Vec<Vec<(String, String)>> = shots.iter().map(starts).collect();
+    let mut sets: Vec<Vec<(String, String)>> = shots.iter().map(|shot| starts_of(&shot.set)).collect();
     if sets.iter().all(Vec::is_empty) {
         sets.truncate(1);
     }
-    let translate = |set: Vec<(String, String)>| {
-        let mut sources = libraries.path(model.file, model.text).map_err(Failure::Fault)?;
+    let all: Vec<Translated> =
+        sets.into_iter().map(|set| translator.translate(set, listener)).collect::<Result<_, _>>()?;
+    Ok((all, translator))
+}
+
+impl Translator {
+    /// The model that begins at these states.
+    ///
+    /// # Errors
+    /// Channels that the model does not have.
+    pub(super) fn translate(&self, set: Vec<(String, String)>, listener: &dyn Listener) -> Result<Translated, Failure> {
+        let (class, variable, count) = &self.channels;
+        let name = self.file.display().to_string();
+        let mut sources = self.libraries.path(&self.file, &self.texts.0).map_err(Failure::Fault)?;
         let request = Request { class: Some(class.clone()), set, goal: Goal::Run };
-        let extras = Extras { driven, ..Extras::default() };
-        let compilation = compile_text(&mut sources, &name, &text, &request, &extras);
-        Translated::of(compilation, (&name, &variable, channels.len()), listener)
-    };
-    sets.into_iter().map(translate).collect()
+        let extras = Extras { driven: &self.driven, ..Extras::default() };
+        let compilation = compile_text(&mut sources, &name, &self.texts.1, &request, &extras);
+        Translated::of(compilation, (&name, variable, *count), listener)
+    }
 }
 
 impl Translated {

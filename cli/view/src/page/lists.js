@@ -266,39 +266,47 @@ function parameter(own, model, prefix = "p-") {
     box.append(field, unit);
     return box;
   }
-  const [low, high] = limitsOf(own, original), isWhole = own.k === "Integer";
-  const field = element("input", { type: "number", id, step: isWhole ? 1 : "any", value: numeric });
+  const isWhole = own.k === "Integer";
   if (isStructural) {
+    const field = element("input", { type: "number", id, step: isWhole ? 1 : "any", value: numeric });
     // Not while a number is being typed: a translation may take seconds.
     field.addEventListener("change", () => { if (field.value.trim() !== "" && Number.isFinite(Number(field.value))) change(String(Number(field.value))); });
     box.append(field, unit);
     return box;
   }
-  const slider = element("input", { type: "range", min: 0, max: isWhole ? high - low : STEPS, step: 1, "aria-label": own.n + " by slider" });
-  const count = Number(slider.max), place = (value) => { slider.value = Math.round((value - low) / (high - low) * count); };
-  const tell = (value) => slider.setAttribute("aria-valuetext", withUnit(value, own.u, own.k));
-  place(numeric); tell(numeric);
-  slider.addEventListener("input", () => {
-    const value = low + Number(slider.value) / count * (high - low), written = isWhole ? Math.round(value) : Number(value.toPrecision(6));
-    field.value = written; tell(written);
-    change(String(written));
-  });
-  field.addEventListener("input", () => {
-    const value = Number(field.value);
-    if (field.value.trim() === "" || !Number.isFinite(value)) return;
-    place(value); tell(value);
-    change(String(value));
-  });
   // The same parameter elsewhere on the page follows when the slider is let go.
-  const follow = () => { if (prefix === "p-") { if (DATA.shots) laySizes(); } else layParameters(lists.path); };
-  slider.addEventListener("change", follow);
-  field.addEventListener("change", follow);
+  const follow = () => { if (prefix === "p-") { if (DATA.shots) { laySizes(); laySlack(); } } else { layParameters(lists.path); laySlack(); } };
+  const { field, slider } = sliding({ id, label: own.n + " by slider", range: limitsOf(own, original), value: numeric, isWhole, words: (value) => withUnit(value, own.u, own.k), change: (value) => change(String(value)), follow });
   box.append(field, unit, slider);
   return box;
 }
 
+// A field and a slider for one number; both follow each other.  `limits`: what may be typed, where that is not any number.
+function sliding({ id, label, range: [low, high], limits, value: first, isWhole, words, change, follow }) {
+  const field = element("input", { type: "number", id, step: isWhole ? 1 : "any", min: limits ? limits[0] : null, max: limits ? limits[1] : null, value: typed(first) });
+  const slider = element("input", { type: "range", min: 0, max: isWhole ? high - low : STEPS, step: 1, "aria-label": label });
+  const count = Number(slider.max), place = (value) => { slider.value = Math.round((value - low) / (high - low) * count); };
+  const tell = (value) => slider.setAttribute("aria-valuetext", words(value));
+  place(first); tell(first);
+  slider.addEventListener("input", () => {
+    const value = low + Number(slider.value) / count * (high - low), written = isWhole ? Math.round(value) : Number(value.toPrecision(6));
+    field.value = typed(written); tell(written);
+    change(written);
+  });
+  field.addEventListener("input", () => {
+    const value = Number(field.value);
+    if (field.value.trim() === "" || !Number.isFinite(value) || (limits && !(limits[0] <= value && value <= limits[1]))) return;
+    place(value); tell(value);
+    change(value);
+  });
+  slider.addEventListener("change", follow);
+  field.addEventListener("change", follow);
+  return { field, slider };
+}
+
 function resetParameters() {
   runs.set = {};
+  runs.off = {};
   if (address.set.size) { load(new Map(), ""); return; }
   layParameters(lists.path);
   if (DATA.shots) layShots();

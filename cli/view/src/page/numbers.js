@@ -14,6 +14,12 @@ function short(value, digits = 4) {
   return String(Number(value.toPrecision(digits)));
 }
 
+// A number for a field, which takes it back: as short as it can be without a loss.
+function typed(value) {
+  const plain = String(value), power = value.toExponential().replace("e+", "e");
+  return plain.length > 8 && power.length < plain.length ? power : plain;
+}
+
 // A text with its long numbers as people read them.
 function rounded(text) {
   return text.replace(/(?<![\w.])\d+\.\d{5,}(e[+-]?\d+)?/g, (number) => short(Number(number)));

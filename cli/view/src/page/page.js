@@ -99,7 +99,7 @@ function begin() {
   if (model && model.openEnds.length) say("This is a component: it cannot be run by itself, as nothing is connected to " + model.openEnds.join(", ") + ".");
   tellRun();
   if (canRun) runModel(); else fillIn();
-  if (Object.keys(runs.set).length) runShots();
+  if (isChanged()) runShots();
   redraw();
 }
 

@@ -7,6 +7,8 @@ const canRun = isServed && Boolean(DATA.model && DATA.model.runs);
 const runs = {
   // What is set, as text by name.
   set: {},
+  // What may be off in the shots of a study, as numbers by name, where no parameter alone says it.
+  off: {},
   // A run: label, times, columns by number, and how a variable is found in it.
   own: null,
   files: [],
@@ -29,7 +31,7 @@ if (isServed) {
 function load(set, changed) {
   const query = new URLSearchParams({ token: DATA.token });
   for (const [name, value] of set) query.append("set", name + "=" + value);
-  const now = { set: runs.set, shot: DATA.shots ? bench.chosen : 0, path: lists.path, shown: picture.shown ? picture.shown.path : "" };
+  const now = { set: runs.set, off: runs.off, shot: DATA.shots ? bench.chosen : 0, path: lists.path, shown: picture.shown ? picture.shown.path : "" };
   const left = JSON.stringify({ ...(DATA.failed ? address.left : now), field: changed });
   location.assign(location.pathname + "?" + query + "#" + encodeURIComponent(left));
 }
@@ -96,7 +98,12 @@ const GONE = "hyd view has ended: what is shown stays, nothing can be run";
 
 // What a run depends on.
 function question() {
-  return JSON.stringify([runs.set, conditions()]);
+  return JSON.stringify([runs.set, runs.off, conditions()]);
+}
+
+// True where something is not as the model says.
+function isChanged() {
+  return Object.keys(runs.set).length > 0 || Object.keys(runs.off).length > 0;
 }
 
 // Runs the model as its parameters are now; at most two questions are under way, and the last one counts.
@@ -106,7 +113,7 @@ async function runModel() {
   const own = { begin: performance.now(), key: question(), columns: wantedColumns() };
   runs.flying = own; runs.waiting = false;
   try {
-    const found = await asked({ set: runs.set, shot: conditions(), columns: own.columns });
+    const found = await asked({ set: runs.set, off: runs.off, shot: conditions(), columns: own.columns });
     if (found.header.status !== "interrupted") takeRun(found, own);
     // Another page has taken its turn.
     else if (runs.flying === own) runs.waiting = true;
@@ -164,6 +171,8 @@ async function fillIn() {
 function beginRuns() {
   const isSetHere = ([name, value]) => typeof value === "string" && byName.has(name) && byName.get(name).s === 1;
   if (canRun) runs.set = Object.fromEntries(Object.entries(address.left.set || {}).filter(isSetHere));
+  const isOffHere = ([name, value]) => Number.isFinite(value) && DATA.shots && DATA.shots.slack.some((own) => own.name === name && !own.plain);
+  if (canRun) runs.off = Object.fromEntries(Object.entries(address.left.off || {}).filter(isOffHere));
   const decode = (text) => decoded(bytesOf(text));
   const written = DATA.runs ? DATA.runs.map(decode) : [];
   if (DATA.model && DATA.model.runs && written.length > DATA.files.length) {
@@ -177,7 +186,7 @@ function beginRuns() {
 // The run as it is now stays beside those to come.
 function keepRun() {
   if (!runs.own) return;
-  const changes = Object.entries(runs.set).map(([name, value]) => name + " = " + value);
+  const changes = Object.entries({ ...runs.set, ...runs.off }).map(([name, value]) => name + " = " + value);
   const columns = new Map(runs.own.columns), shot = conditions() === undefined ? [] : ["shot " + chosenShot().number];
   runs.kept.push({ ...runs.own, columns, label: "kept: " + [...shot, changes.join(", ") || "as the model says"].join(", ") });
   if (runs.kept.length > 5) runs.kept.shift();
@@ -191,7 +200,7 @@ function tellRun() {
     const words = { done: "run complete", terminated: "the model ended the run", failed: "the run failed" }[status] || status;
     parts.push(words + ", " + rows + " rows" + (isServed && ms ? ", " + short(ms, 2) + " ms" : ""));
   } else if (run) parts.push(run.times.length + " rows");
-  if (!isServed && DATA.model && DATA.model.runs) parts.push("parameters are fixed in this file: hyd view " + DATA.model.file + " lets them vary");
+  if (!isServed && DATA.model && DATA.model.runs) parts.push("parameters are fixed in this file: hyd view without --output lets them vary");
   const wrong = runs.files.map((file) => file.header && file.header.message).filter(Boolean);
   for (const warning of (runs.own && runs.own.header && runs.own.header.warnings) || []) wrong.push("warning: " + warning.trim());
   document.getElementById("status").textContent = [...parts, ...wrong].join(" · ");

@@ -21,8 +21,8 @@ function conditions() {
 // What the shot makes of a parameter, as text; none where it leaves it as it is.
 function inShot(name) {
   const shot = bench.isRun && chosenShot();
-  const own = shot && shot.set.find(([known]) => known === name);
-  return own ? own[1] : null;
+  const own = shot && shot.set.find(([known]) => known === name), moved = shot ? movedTo(name) : null;
+  return moved !== null ? String(moved) : own ? own[1] : null;
 }
 
 function beginShots() {
@@ -49,6 +49,7 @@ function layShots() {
   document.getElementById("shots-about").textContent = about;
   laySizes();
   layDeviations();
+  laySlack();
   layShot();
 }
 
@@ -109,11 +110,12 @@ function layShot() {
 function chooseShot(k) {
   bench.chosen = k;
   // With other parameters its curves come with the answer.
-  if (Object.keys(runs.set).length) bench.curves = new Map(); else takeFirst();
+  if (isChanged()) bench.curves = new Map(); else takeFirst();
   layDeviations();
+  laySlack();
   layShot();
   conditionsChanged();
-  if (Object.keys(runs.set).length) runShots();
+  if (isChanged()) runShots();
 }
 
 // The model runs under other conditions: what is set by hand stays.
@@ -130,7 +132,7 @@ async function runShots() {
   const own = { begin: performance.now(), shot: bench.chosen };
   bench.flying = own;
   try {
-    const found = await asked({ set: runs.set, shot: own.shot }, "/shots");
+    const found = await asked({ set: runs.set, off: runs.off, shot: own.shot }, "/shots");
     if (found.header.status === "done") {
       bench.deviations = found.header.deviations; bench.messages = found.header.messages;
       if (own.shot === bench.chosen) {
