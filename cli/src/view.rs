@@ -17,6 +17,8 @@ pub(crate) fn view(arguments: &View) -> Result<(), Failure> {
         output: output.clone(),
         port: port.unwrap_or(0),
         bench: bench.clone(),
+        // Where this program cannot find itself, only units miss it.
+        host: crate::unit::host(None).ok(),
     };
     hyd_view::view(&options, &Terminal::TEXT, &output::print)
 }

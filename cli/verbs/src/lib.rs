@@ -42,6 +42,7 @@ pub mod unit;
 pub mod unit_text;
 
 pub use discovery_memory::hash;
+pub use hyd_fmi_import::Host;
 pub(crate) use hyd_run::Failure;
 pub(crate) use hyd_run::clock;
 pub use joined::Joined;

@@ -6,7 +6,7 @@ use hyd_compiler::Severity;
 use hyd_run::{Failure, clock};
 use hyd_verbs::shots::{Answer, Changed, Counts, Shots, Slack, Text, deviation};
 use hyd_verbs::study::Opened;
-use hyd_verbs::{Libraries, Listener};
+use hyd_verbs::{Host, Libraries, Listener};
 use serde_json::{Value, json};
 
 use crate::encode::Numbers;
@@ -35,13 +35,13 @@ impl Beside {
         file: &Path,
         report: &Value,
         model: &Model,
-        libraries: &Libraries,
+        origin: (&Libraries, Option<&Host>),
         listener: &dyn Listener,
     ) -> Result<Option<Self>, Failure> {
         let folder = file.parent().unwrap_or(Path::new(""));
         let class = model.compilation.model_name.as_deref().unwrap_or_default();
         let text = Text { file: &model.file, text: &model.text, class };
-        let Some(shots) = Shots::of_report(folder, report, text, libraries, listener)? else {
+        let Some(shots) = Shots::of_report(folder, report, text, origin, listener)? else {
             let shown = file.display();
             let words = format!(
                 "`{shown}` is of an earlier version and does not say how its shots are shown: they are left out; another search writes them"
@@ -67,10 +67,10 @@ impl Beside {
     pub(crate) fn of_study(
         opened: &Opened,
         model: &Model,
-        libraries: &Libraries,
+        (libraries, host): (&Libraries, Option<&Host>),
         listener: &dyn Listener,
     ) -> Result<Self, Failure> {
-        Ok(Self::new(Shots::of_study(opened, libraries, listener)?, Vec::new(), model))
+        Ok(Self::new(Shots::of_study(opened, libraries, host, listener)?, Vec::new(), model))
     }
 
     fn new(shots: Shots, sizes: Vec<(String, String)>, model: &Model) -> Self {

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use hyd_compiler::Severity;
 use hyd_results::{note_read, write_whole};
 use hyd_run::{Failure, check_target, interrupt, read_text};
-use hyd_verbs::{Libraries, Listener};
+use hyd_verbs::{Host, Libraries, Listener};
 
 use guard::Guard;
 use reading::Reading;
@@ -51,6 +51,8 @@ pub struct Options {
     pub port: u16,
     /// The set of shots of a study.
     pub bench: Option<PathBuf>,
+    /// How processes of units of other tools are begun; none where they cannot be.
+    pub host: Option<Host>,
 }
 
 /// The report of a search, in the folder that `hyd discover --report` writes, and the shots to make next, which `hyd next --report` writes.
@@ -126,6 +128,7 @@ fn open(options: &Options, listener: &dyn Listener) -> Result<(Session, Value), 
         libraries: &options.libraries,
         strict_units: options.strict_units,
         bench: options.bench.as_deref(),
+        host: options.host.as_ref(),
     };
     let session = Session::open(&options.files, &chosen, listener)?;
     let data = page::data(&session);

@@ -133,6 +133,7 @@ fn of_model(model: &Model) -> Value {
         "length": model.length(),
         "openEnds": model.open_ends,
         "driven": model.driven,
+        "unit": model.is_unit,
         "cut": is_cut,
     })
 }

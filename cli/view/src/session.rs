@@ -13,7 +13,7 @@ use hyd_run::{Failure, RunArguments, Selection, Status, clock, parameters, read_
 use hyd_system::{DaeSystem, Hold, Place, Series, ValueKind};
 use hyd_verbs::result_table::read_runs;
 use hyd_verbs::unit::is_unit;
-use hyd_verbs::{Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
+use hyd_verbs::{Host, Joined, Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
 use serde_json::{Map, Value, json};
 
 use hyd_verbs::shots::{START, Shot, driven_by, is_written_model, written_class};
@@ -48,6 +48,10 @@ pub(crate) struct Model {
     libraries: Libraries,
     /// Inputs that follow records of shots: without a shot it cannot be run.
     pub(crate) driven: Vec<String>,
+    /// Units of other tools that are blocks of it.
+    joined: Option<Joined>,
+    /// It is such a unit, and its text says no more than what a study names of it.
+    pub(crate) is_unit: bool,
 }
 
 /// A run that a file holds.
@@ -80,6 +84,8 @@ pub(crate) struct Chosen<'a> {
     pub(crate) strict_units: bool,
     /// The set of shots of a study.
     pub(crate) bench: Option<&'a Path>,
+    /// How processes of units of other tools are begun.
+    pub(crate) host: Option<&'a Host>,
 }
 
 fn ends_in(file: &Path, endings: &[&str]) -> bool {
@@ -130,7 +136,8 @@ impl Session {
             let written = reports.filter(|report| is_written_model(report, first)).collect::<Vec<_>>();
             let report = written.first().map(|report| finding::parse(report)).transpose()?;
             let driven = report.as_ref().map(driven_by).unwrap_or_default();
-            let own = Model::open(first, chosen, &driven, listener)?;
+            let text = read_text(first).map_err(|error| Failure::Fault(error.to_string()))?;
+            let own = Model::open(first, text, chosen, &driven, listener)?;
             let class = own.compilation.model_name.as_deref();
             if let Some(known) = report.as_ref().and_then(written_class).filter(|known| Some(*known) != class) {
                 let words =
@@ -139,7 +146,7 @@ impl Session {
             }
             let report = report.filter(|report| class.is_some() && written_class(report) == class);
             if let (Some(report), Some(file)) = (&report, written.first()) {
-                beside = Beside::of_report(file, report, &own, chosen.libraries, listener)?;
+                beside = Beside::of_report(file, report, &own, (chosen.libraries, chosen.host), listener)?;
             }
             model = Some(own);
         }
@@ -266,13 +273,9 @@ impl Model {
             bench: bench.to_path_buf(),
             libraries: chosen.libraries.clone(),
             threads: NonZeroUsize::new(1),
-            host: None,
+            host: chosen.host.cloned(),
         };
         let opened = open_study(&files, listener)?;
-        if opened.unit.is_some() {
-            let file = opened.model_file.display();
-            return Err(Failure::Usage(format!("`{file}` is a unit of another tool, which has no text to show")));
-        }
         let class = chosen.class.unwrap_or(&opened.class);
         if class != opened.class {
             return Err(Failure::Usage(format!(
@@ -284,16 +287,23 @@ impl Model {
         let driven: BTreeSet<String> = shots.flat_map(|shot| shot.inputs.keys().cloned()).collect();
         let driven: Vec<String> = driven.into_iter().collect();
         let chosen = Chosen { class: Some(class), ..*chosen };
-        let model = Self::open(&opened.model_file, &chosen, &driven, listener)?;
-        let beside = Beside::of_study(&opened, &model, chosen.libraries, listener)?;
+        // Of a unit of another tool it is the text that declares what the study names of it.
+        let model = Self::open(&opened.model_file, opened.model_text.clone(), &chosen, &driven, listener)?;
+        let model = Self { is_unit: opened.unit.is_some(), ..model };
+        let beside = Beside::of_study(&opened, &model, (chosen.libraries, chosen.host), listener)?;
         Ok((model, beside))
     }
 
     /// `driven`: names of inputs that shots have recorded.
-    fn open(file: &Path, chosen: &Chosen<'_>, driven: &[String], listener: &dyn Listener) -> Result<Self, Failure> {
-        let text = read_text(file).map_err(|error| Failure::Fault(error.to_string()))?;
+    fn open(
+        file: &Path,
+        text: String,
+        chosen: &Chosen<'_>,
+        driven: &[String],
+        listener: &dyn Listener,
+    ) -> Result<Self, Failure> {
         let name = file.display().to_string();
-        let extras = Extras { strict_units: chosen.strict_units, driven, ..Extras::default() };
+        let extras = Extras { strict_units: chosen.strict_units, driven, joined: true, ..Extras::default() };
         let set = chosen.set.to_vec();
         let request = Request { class: chosen.class.map(str::to_string), set: set.clone(), goal: Goal::Run };
         let mut sources = chosen.libraries.path(file, &text).map_err(Failure::Fault)?;
@@ -312,6 +322,8 @@ impl Model {
             Failure::Reported
         })?;
         let driven = driven.to_vec();
+        let flat = compilation.flat.as_deref();
+        let joined = flat.map_or(Ok(None), |flat| Joined::open(flat, chosen.libraries, chosen.host))?;
         Ok(Self {
             file: file.to_path_buf(),
             compilation,
@@ -321,6 +333,8 @@ impl Model {
             open_ends,
             text,
             driven,
+            joined,
+            is_unit: false,
             libraries: chosen.libraries.clone(),
         })
     }
@@ -396,7 +410,7 @@ impl Model {
             return (json!({"status": "refused", "message": words}), Trajectory::new());
         }
         let run = Run {
-            units: None,
+            units: self.joined.as_ref(),
             compilation,
             set: &set,
             table: shot.and_then(|shot| shot.table.as_ref()),
@@ -439,7 +453,7 @@ impl Model {
         let mut sources = self.libraries.path(&self.file, &self.text)?;
         let request =
             Request { class: self.compilation.model_name.as_deref().map(str::to_string), set, goal: Goal::Run };
-        let extras = Extras { driven: &self.driven, ..Extras::default() };
+        let extras = Extras { driven: &self.driven, joined: true, ..Extras::default() };
         let name = self.file.display().to_string();
         let again = compile_text(&mut sources, &name, &self.text, &request, &extras);
         if again.has_errors() { Err(render(&again.files, &again.diagnostics, false)) } else { Ok(again) }

@@ -6,9 +6,10 @@
 
 use std::fmt::Write as _;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::process::{Scratch, command, run};
+use crate::view::{Viewer, data};
 
 const MODEL: &str = "model M
   parameter Real m(unit = \"kg\", min = 0.1) = 1;
@@ -100,8 +101,8 @@ fn table(shot: usize, hidden: Hidden) -> String {
     text
 }
 
-/// The report of a search, in a folder that holds all of it.
-fn searched(hidden: Hidden) -> (Scratch, Value, String) {
+/// A folder with the unit, the study, and the shots.
+fn lab(hidden: Hidden) -> Scratch {
     let folder = Scratch::new();
     folder.write("m.hyd", MODEL);
     let build = ["build", "m.hyd", "--fmu", "3.0", "-o", "m.fmu"];
@@ -112,6 +113,12 @@ fn searched(hidden: Hidden) -> (Scratch, Value, String) {
     folder.write("st.toml", STUDY);
     folder.write("set.json", SET);
     (1..=4).for_each(|shot| folder.write(&format!("s{shot}.csv"), table(shot, hidden)));
+    folder
+}
+
+/// The report of a search, in a folder that holds all of it.
+fn searched(hidden: Hidden) -> (Scratch, Value, String) {
+    let folder = lab(hidden);
     let outcome =
         run(folder.path(), &["discover", "st.toml", "--bench", "set.json", "--report", "r", "--threads", "1"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
@@ -127,6 +134,43 @@ fn found(json: &Value) -> (String, f64) {
     assert_eq!(parameters.len(), 1, "{effects:?}");
     let size = parameters.values().next().and_then(|own| own["value"].as_f64()).unwrap();
     (effects[0]["effect"].as_str().unwrap().to_string(), size)
+}
+
+/// The unit beside its shots: nobody sees its inside, but its parameters move, and what it computes stands in diagram and curves.
+#[test]
+fn the_shots_of_a_unit_can_be_looked_at() {
+    let folder = lab(Hidden { valve: 0.0, sensor: 0.0, late: 0.0 });
+    let viewer = Viewer::start(folder.path(), &["st.toml", "--bench", "set.json"]);
+    let page = data(&viewer.page_at("/"));
+    let shots = page["shots"]["all"].as_array().unwrap();
+    assert_eq!(shots.len(), 4);
+    let value = |name: &str| {
+        let own = page["variables"].as_array().unwrap().iter().find(|own| own["n"] == name).unwrap();
+        page["model"]["parameters"][own["p"][0].as_u64().unwrap() as usize].as_f64().unwrap()
+    };
+    assert_eq!((value("m"), value("k"), &page["model"]["unit"]), (1.0, 400.0, &json!(true)));
+    let apart = |deviations: &Value, shot: usize| deviations[shot][0].as_f64().unwrap();
+    let first: Vec<f64> = shots.iter().map(|shot| shot["deviations"][0].as_f64().unwrap()).collect();
+    // The shots were made with another mass and stiffness than the unit says; with these the model is off by the noise alone.
+    let set = json!({"m": MASS.to_string(), "k": STIFFNESS.to_string()});
+    let (header, _) = viewer.numbers("/shots", &json!({"reading": 1, "shot": 3, "set": set}));
+    assert_eq!(header["status"], "done", "{header}");
+    for (k, before) in first.iter().enumerate() {
+        let now = apart(&header["deviations"], k);
+        assert!((0.7..1.3).contains(&now) && now < *before, "shot {k}: {now}, before {before}");
+    }
+    let names: Vec<&str> =
+        page["shots"]["slack"].as_array().unwrap().iter().map(|own| own["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["k", "m"], "what may be off of a unit");
+    let all = page["variables"].as_array().unwrap();
+    let column = all.iter().find(|own| own["n"] == "x").unwrap()["o"][0].as_u64().unwrap();
+    let (header, columns) = viewer.numbers("/run", &json!({"reading": 1, "shot": 3, "set": set, "columns": [column]}));
+    assert_eq!(header["status"], "done", "{header}");
+    let farthest = columns[0].iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+    assert!(farthest > 0.05, "the mass moves by centimetres: {farthest}");
+    // As a file, too.
+    let outcome = run(folder.path(), &["view", "st.toml", "--bench", "set.json", "--output", "page.html"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
 }
 
 #[test]

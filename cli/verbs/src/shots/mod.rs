@@ -22,7 +22,7 @@ use hyd_run::{InputTable, RunArguments, Status};
 use chain::Chain;
 use translated::{Translated, Translator};
 
-use crate::{Failure, Listener, Run, run_diagnostic, with_whole_loops};
+use crate::{Failure, Joined, Listener, Run, run_diagnostic, with_whole_loops};
 
 pub use of_report::{WRITTEN_MODEL, driven_by, is_written_model, written_class};
 pub use slack::{Counts, Slack};
@@ -45,6 +45,8 @@ pub struct Shots {
     translated: Vec<Translated>,
     /// Makes one more, where a start is moved.
     translator: Translator,
+    /// Units of other tools that are blocks of the model.
+    joined: Option<Joined>,
     /// Relative tolerance of runs; none: as the model says.
     tolerance: Option<f64>,
 }
@@ -188,7 +190,7 @@ impl Shots {
         let run = Run {
             compilation,
             set: &set,
-            units: None,
+            units: self.joined.as_ref(),
             table: own.table.as_ref(),
             arguments: &arguments,
             drawn: false,

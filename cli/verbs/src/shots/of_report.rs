@@ -14,7 +14,7 @@ use super::curves::records;
 use super::translated::{Around, translated};
 use super::{Changed, Channel, Shot, Shots, Text, Trace};
 use crate::discovered_files::fingerprint;
-use crate::{Failure, Libraries, Listener};
+use crate::{Failure, Host, Libraries, Listener};
 
 /// Name of the file of the model that a report has written, in its folder.
 pub const WRITTEN_MODEL: &str = hyd_discovery::Report::MODEL;
@@ -54,7 +54,7 @@ impl Shots {
         folder: &Path,
         report: &Value,
         model: Text<'_>,
-        libraries: &Libraries,
+        (libraries, host): (&Libraries, Option<&Host>),
         listener: &dyn Listener,
     ) -> Result<Option<Self>, Failure> {
         let fault = |name: &str, what: &str| Failure::Fault(format!("`{}`: {what}", folder.join(name).display()));
@@ -134,10 +134,10 @@ impl Shots {
             });
         }
         let driven = driven_by(report);
-        let around = Around { driven: &driven, libraries };
-        let (translated, translator) = translated(model, (&channels, &all), around, listener)?;
+        let around = Around { driven: &driven, libraries, host };
+        let (translated, translator, joined) = translated(model, (&channels, &all), around, listener)?;
         let slack = Vec::new();
-        let mut shots = Self { channels, all, slack, translated, translator, tolerance: None };
+        let mut shots = Self { channels, all, slack, translated, translator, joined, tolerance: None };
         if report["run"]["fingerprint"].as_str() == Some(&fingerprint(model.text.as_bytes())) {
             shots.learn_added();
         } else {

@@ -10,14 +10,19 @@ use super::slack::Slack;
 use super::translated::{Around, translated};
 use super::{Channel, Shot, Shots, Text, Trace};
 use crate::study::{Opened, failure};
-use crate::{Failure, Libraries, Listener};
+use crate::{Failure, Host, Libraries, Listener};
 
 impl Shots {
     /// The shots of a study beside its model, with everything that may be off as expected.
     ///
     /// # Errors
     /// Channels or parameters that the model does not have.
-    pub fn of_study(opened: &Opened, libraries: &Libraries, listener: &dyn Listener) -> Result<Self, Failure> {
+    pub fn of_study(
+        opened: &Opened,
+        libraries: &Libraries,
+        host: Option<&Host>,
+        listener: &dyn Listener,
+    ) -> Result<Self, Failure> {
         let setup = &opened.setup;
         let make = || opened.sources();
         let machine = opened.machine(&opened.workshop(&make), listener)?;
@@ -65,12 +70,12 @@ impl Shots {
         }
         let model = Text { file: &opened.model_file, text: &opened.model_text, class: &opened.class };
         let driven: Vec<String> = driven.into_iter().collect();
-        let around = Around { driven: &driven, libraries };
-        let (translated, translator) = translated(model, (&channels, &all), around, listener)?;
+        let around = Around { driven: &driven, libraries, host };
+        let (translated, translator, joined) = translated(model, (&channels, &all), around, listener)?;
         let scales: Vec<f64> = setup.data.channels.iter().map(|own| own.scale).collect();
         let slack = Slack::all(&problem, &machine, &channels, &scales);
         let tolerance = Some(setup.study.run.tolerance);
-        Ok(Self { channels, all, slack, translated, translator, tolerance })
+        Ok(Self { channels, all, slack, translated, translator, joined, tolerance })
     }
 }
 

@@ -8,7 +8,7 @@ use hyd_results::Trajectory;
 use hyd_system::Place;
 
 use super::{Channel, Shot, Text, starts_of};
-use crate::{Failure, Libraries, Listener, Request, compile_text};
+use crate::{Failure, Host, Joined, Libraries, Listener, Request, compile_text};
 
 /// The model with the channels as variables, and column and sign, or value, of each of them in a run.
 pub(super) struct Translated {
@@ -22,12 +22,14 @@ enum Found {
     Constant(f64),
 }
 
-/// Where classes and inputs of a model come from.
+/// Where classes, units and inputs of a model come from.
 #[derive(Clone, Copy)]
 pub(super) struct Around<'a> {
     /// Inputs that shots have recorded.
     pub(super) driven: &'a [String],
     pub(super) libraries: &'a Libraries,
+    /// How processes of units of other tools are begun.
+    pub(super) host: Option<&'a Host>,
 }
 
 /// The model with its channels as text, to be translated for starts of states.
@@ -41,16 +43,16 @@ pub(super) struct Translator {
     libraries: Libraries,
 }
 
-/// The model for these shots: one for all, or one for each where they begin at states of their own; what translates it for other starts.
+/// The model for these shots: one for all, or one for each where they begin at states of their own; what translates it for other starts; its units.
 ///
 /// # Errors
-/// Channels that the model does not have.
+/// Channels that the model does not have, units that cannot be used.
 pub(super) fn translated(
     model: Text<'_>,
     (channels, shots): (&[Channel], &[Shot]),
     around: Around<'_>,
     listener: &dyn Listener,
-) -> Result<(Vec<Translated>, Translator), Failure> {
+) -> Result<(Vec<Translated>, Translator, Option<Joined>), Failure> {
     if let Some(channel) = channels.iter().find(|own| own.expression.contains(';')) {
         return Err(Failure::Fault(format!("`{}` is not an expression of a channel", channel.expression)));
     }
@@ -78,7 +80,9 @@ pub(super) fn translated(
     }
     let all: Vec<Translated> =
         sets.into_iter().map(|set| translator.translate(set, listener)).collect::<Result<_, _>>()?;
-    Ok((all, translator))
+    let flat = all.first().and_then(|own| own.compilation.flat.as_deref());
+    let joined = flat.map_or(Ok(None), |flat| Joined::open(flat, around.libraries, around.host))?;
+    Ok((all, translator, joined))
 }
 
 impl Translator {
@@ -91,7 +95,7 @@ impl Translator {
         let name = self.file.display().to_string();
         let mut sources = self.libraries.path(&self.file, &self.texts.0).map_err(Failure::Fault)?;
         let request = Request { class: Some(class.clone()), set, goal: Goal::Run };
-        let extras = Extras { driven: &self.driven, ..Extras::default() };
+        let extras = Extras { driven: &self.driven, joined: true, ..Extras::default() };
         let compilation = compile_text(&mut sources, &name, &self.texts.1, &request, &extras);
         Translated::of(compilation, (&name, variable, *count), listener)
     }

@@ -43,7 +43,8 @@ function openDiagram(path) {
     return k ? [element("span", { "aria-hidden": "true" }, "›"), own] : [own];
   }));
   const hints = [];
-  if (!diagram.parts.length) hints.push("The model has no components that a diagram could show.");
+  if (DATA.model.unit && !path) hints.push("A unit of another tool: nobody sees its inside.");
+  else if (!diagram.parts.length) hints.push("The model has no components that a diagram could show.");
   else hints.push("Click a part for what it is" + (diagram.parts.some((part) => diagramOf(part.path)) ? ", twice to look inside." : "."));
   if (DATA.model.cut) hints.push("The model has more parts than this page draws.");
   document.getElementById("hint").textContent = hints.join(" ");
