@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::{AllGaps, Scene, number};
 use crate::data::{Data, Trace};
-use crate::disturbance::{Added, Level, ROOM, Spike};
+use crate::disturbance::{Added, Course, Level, ROOM, Spike};
 use crate::magnitude::shown;
 use crate::search::{Alike, Findings, Refuted, Status};
 use crate::unknowns::Meaning;
@@ -15,6 +15,10 @@ const OVERSTATED: f64 = 0.6;
 /// Drift beyond what sensors of industry state (one to two per cent of their span): part of the range of the channel, and standard deviations of its
 /// noise where it shows little else.
 const USUAL_DRIFT: (f64, f64) = (0.02, 20.0);
+/// Drifts of two channels are alike where their cosine is larger in size than this: of six random numbers each it is by chance in one of a hundred cases.
+const ALIKE: f64 = 0.9;
+/// Fewest numbers of which this can be said.
+const FEWEST_ALIKE: usize = 6;
 /// Spikes that are listed.
 const MOST: usize = 10;
 /// Share of the excess below which what is left is not worth a sentence where it is next to nothing beside noise, too.
@@ -78,6 +82,13 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
         };
         sentences.push(format!("{words} in {channel}, about {sigma:.1e} {}{doubt}", unit(own.channel)));
     }
+    for (one, other) in drifting_alike(scene) {
+        sentences.push(format!(
+            "{} and {} drift alike, which measuring chains of their own do not: the model may lack something slow",
+            name(one),
+            name(other)
+        ));
+    }
     let mut scatter = Vec::new();
     for own in &found.scatter {
         scatter.push(json!({"parameter": own.label, "relative": number(own.sigma)}));
@@ -114,6 +125,34 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
     let spikes: Vec<Value> = found.spikes.iter().map(spike).collect();
     json!({"levels": levels, "added": added, "scatter": scatter, "spikes": spikes, "timing": timing, "clipped": clipped,
         "sentences": sentences})
+}
+
+/// Pairs of channels whose drifts follow each other from shot to shot, by the last fit.
+fn drifting_alike(scene: &Scene<'_>) -> Vec<(usize, usize)> {
+    let Ok(problem) = scene.last.base.problem(scene.setup) else { return Vec::new() };
+    let drifting: Vec<usize> =
+        scene.setup.disturbances.added.iter().filter(|own| own.added == Added::Drift).map(|own| own.channel).collect();
+    // Offset and change of every record, in the order of the shots; waves are no drift.
+    let of = |wanted: usize| -> Vec<f64> {
+        let own = problem.unknowns.iter().zip(&scene.last.fit.xi);
+        own.filter_map(|(unknown, &xi)| match unknown.meaning {
+            Meaning::Course { channel, course, .. }
+                if channel == wanted && matches!(course, Course::Offset | Course::Drift { .. }) =>
+            {
+                Some(xi)
+            }
+            _ => None,
+        })
+        .collect()
+    };
+    let pairs = drifting.iter().enumerate().flat_map(|(k, &a)| drifting[k + 1..].iter().map(move |&b| (a, b)));
+    pairs.filter(|&(a, b)| are_alike(&of(a), &of(b))).collect()
+}
+
+/// True for numbers that follow each other, in either direction.
+fn are_alike(a: &[f64], b: &[f64]) -> bool {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    a.len() >= FEWEST_ALIKE && a.len() == b.len() && dot(a, b).abs() > ALIKE * (dot(a, a) * dot(b, b)).sqrt()
 }
 
 /// Channels that lag and a clock that runs fast, by the last fit.
@@ -267,4 +306,19 @@ pub(super) fn lines(json: &Value, status: Status) -> Vec<String> {
         lines.extend(all.filter_map(|own| own["sentence"].as_str().map(String::from)));
     }
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::are_alike;
+
+    #[test]
+    fn numbers_that_follow_each_other_are_alike() {
+        let own = [1.0, -0.5, 2.0, 0.3, -1.2, 0.8];
+        let other = own.map(|value| -3.0 * value + 0.1);
+        assert!(are_alike(&own, &other) && are_alike(&own, &own));
+        assert!(!are_alike(&own, &[0.5, 1.0, -0.3, 0.9, 0.7, -1.1]) && !are_alike(&own, &[0.0; 6]));
+        // Of two shots nothing is told.
+        assert!(!are_alike(&own[..4], &other[..4]));
+    }
 }
