@@ -205,14 +205,18 @@ mod tests {
     fn noise_within_a_step_is_not_clipping() {
         let mut draws = SplitMix(6);
         let times: Vec<f64> = (0..720).map(|k| 5.0 * f64::from(k)).collect();
-        let of = |end: f64, draws: &mut SplitMix| -> Option<Clipping> {
+        let of = |draws: &mut SplitMix| -> Option<Clipping> {
             let value = |t: &f64| 294.65 + 0.6 * (t / 400.0).sin() + 0.08 * draws.normal();
-            let values: Vec<f64> = times.iter().map(value).map(|own| (own.min(end) / 0.1).round() * 0.1).collect();
+            let values: Vec<f64> = times.iter().map(value).map(|own| (own / 0.1).round() * 0.1).collect();
             clipping(&values, scatter(&times, &values).as_ref())
         };
         for _ in 0..100 {
-            assert_eq!(of(300.0, &mut draws), None);
+            assert_eq!(of(&mut draws), None);
         }
-        assert!(of(294.7, &mut draws).is_some_and(|own| own.bottom.is_none() && own.top.is_some()));
+        // A part that stays at the end of its range much longer is.
+        let swing = |k: u32| (12.0 * (f64::from(k) / 100.0).sin()).min(10.0);
+        let clipped: Vec<f64> = (0..2000).map(|k| ((swing(k) / 0.1).round() * 0.1).min(10.0)).collect();
+        let noise = Scatter { sigma: 0.05, step: Some(0.1), samples: 2000, is_settled: true };
+        assert!(clipping(&clipped, Some(&noise)).is_some_and(|own| own.bottom.is_none() && own.top.is_some()));
     }
 }
