@@ -30,7 +30,7 @@ const LOST: f64 = 12.0;
 const BEYOND: f64 = 1.0;
 /// Numbers of neighbours that are tried, each as a multiple of the one before.
 const NEXT: f64 = 1.25;
-/// Means may scatter so many times as much as those of the noise that single samples show, beside what chance makes of so few.
+/// Factor by which the scatter of means may differ from what the noise of single samples lets expect, beside what is chance with so few.
 const SCATTER: f64 = 1.15;
 /// Deviations of a scatter by chance, of which that of `n` numbers has a standard deviation of about `1.5/sqrt(n)` by quartiles of differences.
 const CHANCE: f64 = 6.0;
@@ -189,7 +189,9 @@ impl Record<'_> {
         // Neighbours of correlated noise show less than all of it, and their means do not show less in the same way.  Steps are not averaged.
         let expected = if self.own.kept > 0.0 { noise } else { self.shown * self.own.of_mean(count) };
         // Where the signal changes too much between means to tell, what it changes is in their second differences.
-        !shown.is_settled || shown.sigma <= most * expected
+        // What alternates from row to row looks like noise, and its means show too little of it.
+        let is_as_expected = (1.0 / most..=most).contains(&(shown.sigma / expected));
+        !shown.is_settled || is_as_expected || self.own.kept > 0.0 && shown.sigma <= expected
     }
 }
 
@@ -283,6 +285,9 @@ mod tests {
             let peak = own.shots[0].values["y"].iter().fold(0.0_f64, |most, own| most.max(*own));
             assert!(peak > 0.9 * amplitude, "{amplitude}: {peak}");
         }
+        // Nor does one of two rows, of which no two rows show anything.
+        let own = averaged(vibration(|t| 0.5 * cos(TAU * 5000.0 * t), 0.01, 0.0), "");
+        assert_eq!(own.averaged, 0);
         assert_eq!(averaged(vibration(|_| 1.0, 0.01, 0.0), "").averaged, 200);
     }
 
@@ -306,6 +311,12 @@ mod tests {
         let study = Study::parse(&format!("{STUDY}[shots]\naverage = 10\n")).unwrap_or_else(|fault| panic!("{fault}"));
         let fault = average(&mut own, &study).expect_err("refused").to_string();
         assert!(fault.contains("of 10000 values of `y`") && fault.contains("only 0"), "{fault}");
+        let study =
+            Study::parse(&format!("{STUDY}[shots]\naverage = 10000\n")).unwrap_or_else(|fault| panic!("{fault}"));
+        let mut short = bench(3e-3, 0.0, 0.0);
+        short.shots[0].times.truncate(7000);
+        let fault = average(&mut short, &study).expect_err("refused").to_string();
+        assert!(fault.contains("has only 7000 rows"), "{fault}");
     }
 
     #[test]

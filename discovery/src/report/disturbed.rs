@@ -318,7 +318,7 @@ mod tests {
         let other = own.map(|value| -3.0 * value + 0.1);
         assert!(are_alike(&own, &other) && are_alike(&own, &own));
         assert!(!are_alike(&own, &[0.5, 1.0, -0.3, 0.9, 0.7, -1.1]) && !are_alike(&own, &[0.0; 6]));
-        // Of two shots nothing is told.
+        // Two shots are too few to tell.
         assert!(!are_alike(&own[..4], &other[..4]));
     }
 }

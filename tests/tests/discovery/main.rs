@@ -25,6 +25,7 @@ mod rounds;
 mod rubbing;
 mod schema;
 mod shared;
+mod slow;
 mod thinned;
 
 use std::fmt::Write as _;
