@@ -193,7 +193,7 @@ fn show(out: &mut String, files: &Files, proposal: &Proposal) {
 
 /// Replaces the text of a file: the one writing over what was read.
 fn write(path: &Path, text: &str) -> std::io::Result<()> {
-    // The mark of UTF-8 at the beginning is no part of the text.
+    // The byte order mark at the beginning does not belong to the text.
     const MARK: &[u8] = b"\xef\xbb\xbf";
     let mut first = [0; 3];
     let has_mark = std::fs::File::open(path)?.read_exact(&mut first).is_ok() && first == MARK;

@@ -581,7 +581,7 @@ impl Exchange {
         self.take_over(system);
         read(&mut self.now, &now);
         (self.solved, self.slow, self.anchored) = (solved, settings[6] != 0.0, false);
-        // A number that is none becomes 0, and one that is no count the largest that can still be counted on from.
+        // NaN becomes 0; a number beyond every count becomes one that can still grow.
         self.accepted = (settings[7] as u64).min(u64::MAX >> 1);
         true
     }

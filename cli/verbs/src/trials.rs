@@ -10,7 +10,7 @@ use std::path::Path;
 use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
 use hyd_results::Discard;
 use hyd_run::{RunArguments, options};
-use hyd_runtime::{Simulator, SolveError};
+use hyd_runtime::{Simulator, SolveError, Summary};
 use hyd_system::DaeSystem;
 
 use crate::translate::{Libraries, Request, compile_text};
@@ -124,13 +124,13 @@ impl Trials<'_> {
     /// Runs a model that was translated for runs; none where there is no code or the run is longer than trying allows.
     pub fn failure(&self, compilation: &Compilation) -> Option<SolveError> {
         match self.ran(compilation, None)? {
-            Err(SolveError::TooManySteps { .. }) | Ok(()) => None,
+            Err(SolveError::TooManySteps { .. }) | Ok(_) => None,
             Err(error) => is_of_the_model(&error).then_some(error),
         }
     }
 
     /// Translates without anything new to say and runs; where the start has failed, the start must be said whole.
-    /// Counts the steps of the run.
+    /// Counts the steps of the run, which shows nothing where the model ends it at once.
     fn is_healed(&self, before: &Compilation, name: &str, text: &str, (trouble, steps): (Trouble, &Cell<u64>)) -> bool {
         let Ok(mut sources) = self.libraries.path(self.file, text) else { return false };
         let request = Request { goal: Goal::Run, ..self.request.clone() };
@@ -142,18 +142,17 @@ impl Trials<'_> {
         };
         !after.has_errors()
             && !after.diagnostics.iter().any(is_new)
-            && matches!(self.ran(&after, Some(steps)), Some(Ok(())))
+            && matches!(self.ran(&after, Some(steps)), Some(Ok(end)) if end.terminated.is_none() || end.time > self.start(&after))
     }
 
     /// A run without results; one that finds its start elsewhere than where it was told to look fails.
     /// `steps`: of a change that is tried; it has to lead to a start at once, and its steps are counted.
-    fn ran(&self, compilation: &Compilation, steps: Option<&Cell<u64>>) -> Option<Result<(), SolveError>> {
+    fn ran(&self, compilation: &Compilation, steps: Option<&Cell<u64>>) -> Option<Result<Summary, SolveError>> {
         let model = compilation.model.as_ref()?;
         let mut options = options(self.run, &model.payload().experiment).ok()?;
         options.max_steps = options.max_steps.min(MOST_STEPS);
         options.sensitivity = Vec::new();
         options.rescue = steps.is_none();
-        let start = options.start;
         let mut system = model.on(hyd_payload::Backend::Native).ok()?.instantiate();
         hyd_run::parameters::apply(&mut system, &self.request.set, &compilation.set_at_translation).ok()?;
         let mut simulator = Simulator::new(system.structure());
@@ -161,13 +160,7 @@ impl Trials<'_> {
         if let Some(steps) = steps {
             steps.set(steps.get() + simulator.statistics().steps);
         }
-        // A run that is ended where it begins shows nothing.
-        let shows_nothing = |summary: &hyd_runtime::Summary| summary.terminated.is_some() && summary.time <= start;
-        match (simulator.rescue(), ran) {
-            (Some(_), _) => None,
-            (None, Ok(summary)) if steps.is_some() && shows_nothing(&summary) => None,
-            (None, ran) => Some(ran.map(|_| ())),
-        }
+        simulator.rescue().is_none().then_some(ran)
     }
 
     fn start(&self, compilation: &Compilation) -> f64 {

@@ -54,7 +54,7 @@ fn fault(found: &Value) -> Option<&'static str> {
     let axes = match &found["vary"] {
         Value::Null => &Vec::new(),
         Value::Array(axes) => axes,
-        _ => return Some("`vary` is no list"),
+        _ => return Some("`vary` is not a list"),
     };
     let is_axis = |axis: &Value| axis["condition"].is_string() && axis["low"].is_number() && axis["high"].is_number();
     if !axes.iter().all(is_axis) {

@@ -34,7 +34,7 @@ impl Found<'_> {
                 self.first_guess(component);
             }
             self.modification(&component.modification, &name, component.dims.is_empty());
-            let is_limit = component.variability <= Variability::Parameter && self.is_asserted(&name);
+            let is_limit = component.variability <= Variability::Parameter && self.asserted.has(&name);
             if let Some(binding) = component.modification.binding.as_ref().filter(|_| !is_limit) {
                 match component.variability {
                     Variability::Continuous | Variability::Discrete => self.value(binding),
@@ -54,7 +54,7 @@ impl Found<'_> {
         let is_unknown = component.variability == Variability::Continuous
             && component.dims.is_empty()
             && component.modification.binding.is_none()
-            && self.asserted.contains(&name);
+            && self.asserted.has(&name);
         if !is_unknown || !self.trouble.start || !self.trouble.judged {
             return;
         }
@@ -84,7 +84,7 @@ impl Found<'_> {
         for (k, (a, x)) in given.iter().enumerate() {
             for (b, y) in &given[k + 1..] {
                 let is_same = self.snippet(a.class.span) == self.snippet(b.class.span);
-                let is_meant = |own: &Component| self.is_asserted(&own.name.name);
+                let is_meant = |own: &Component| self.asserted.has(&own.name.name);
                 // Integers are sizes: with thousands for three a model is another one.
                 let is_size = self.snippet(a.class.span) == "Integer";
                 if !is_same
@@ -128,7 +128,7 @@ impl Found<'_> {
                 match path.last() {
                     Some(&"fixed") => self.fixed(binding, owner),
                     Some(&"start") => self.start(arguments, binding, owner),
-                    _ if self.is_asserted(&format!("{owner}.{}", path.join("."))) => {}
+                    _ if self.asserted.has(&format!("{owner}.{}", path.join("."))) => {}
                     _ => self.expression(binding),
                 }
             }

@@ -5,6 +5,7 @@
 //! mutation to automatically suggest fixes for faulty programs, 2010); which changes are worth trying is taken from `tests/doctor`.
 //! Assertions and what they compare with are never changed: they say what is meant.
 
+mod asserted;
 mod declarations;
 mod equations;
 mod expressions;
@@ -12,12 +13,10 @@ mod numbers;
 
 use std::collections::BTreeSet;
 
+use asserted::Asserted;
 use hyd_flat::FlatModel;
 use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, Span};
-use hyd_syntax::tree::{
-    ClassBody, ClassDef, Element, Equation, EquationKind, ExprKind, Statement, StatementKind, Variability,
-};
-use hyd_syntax::visit::{Role, Visitor, walk_equation, walk_statement};
+use hyd_syntax::tree::{ClassBody, ClassDef, Element, ExprKind, Variability};
 
 /// What has failed; several may be true at once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -135,14 +134,8 @@ pub fn changes(
     let names = said.flat_map(|own| own.split('`').skip(1).step_by(2)).map(str::to_string).collect();
     let unconnected = messages.iter().filter(|own| own.message.starts_with("nothing is connected to"));
     let open = unconnected.flat_map(|own| own.message.split('`').skip(1).step_by(2)).map(str::to_string).collect();
-    let asserted = BTreeSet::new();
+    let asserted = Asserted::of(&stored.classes);
     let mut found = Found { text, file, trouble, begins, marked, names, open, asserted, changes: Vec::new() };
-    let mut values = Vec::new();
-    for class in &stored.classes {
-        found.assertions(class);
-        found.values_of(class, &mut values);
-    }
-    found.follow(&values);
     for class in &stored.classes {
         found.class(class);
     }
@@ -172,8 +165,7 @@ struct Found<'a> {
     names: BTreeSet<String>,
     /// Connectors to which nothing is connected.
     open: Vec<String>,
-    /// Names that assertions read.
-    asserted: BTreeSet<String>,
+    asserted: Asserted,
     changes: Vec<Change>,
 }
 
@@ -198,86 +190,6 @@ impl Found<'_> {
         }
         self.sockets(equations);
         self.missing(equations, &components);
-    }
-
-    /// Collects the names that assertions of a class read.
-    fn assertions(&mut self, class: &ClassDef) {
-        struct Reads<'b>(&'b mut BTreeSet<String>, bool);
-        impl Visitor for Reads<'_> {
-            fn reference(&mut self, reference: &hyd_syntax::tree::ComponentRef, role: Role) {
-                if self.1 && role == Role::Read {
-                    self.0.insert(hyd_syntax::print_reference(reference));
-                }
-            }
-            fn equation(&mut self, equation: &Equation) {
-                let around = self.1;
-                self.1 |= matches!(&equation.kind, EquationKind::Call(name, _) if is_named(name, "assert"));
-                walk_equation(self, equation);
-                self.1 = around;
-            }
-            fn statement(&mut self, statement: &Statement) {
-                let around = self.1;
-                self.1 |= matches!(&statement.kind, StatementKind::Call(name, _) if is_named(name, "assert"));
-                walk_statement(self, statement);
-                self.1 = around;
-            }
-        }
-        for nested in hyd_instance::class::nested_classes(class) {
-            self.assertions(&nested.class);
-        }
-        let ClassBody::Long { equations, algorithms, .. } = &class.body else { return };
-        let mut reads = Reads(&mut self.asserted, false);
-        equations.iter().flat_map(|section| &section.equations).for_each(|own| reads.equation(own));
-        algorithms.iter().flat_map(|section| &section.statements).for_each(|own| reads.statement(own));
-    }
-
-    /// Collects what is given a value in a class, with the names that the value reads; of equations those that compare.
-    fn values_of(&self, class: &ClassDef, values: &mut Vec<(String, Vec<String>)>) {
-        for nested in hyd_instance::class::nested_classes(class) {
-            self.values_of(&nested.class, values);
-        }
-        let ClassBody::Long { elements, equations, .. } = &class.body else { return };
-        for equation in equations.iter().flat_map(|section| &section.equations) {
-            if let EquationKind::Equal(left, right) = &equation.kind
-                && let ExprKind::Ref(of) = &left.kind
-                && compares(right)
-            {
-                values.push((hyd_syntax::print_reference(of), read(right)));
-            }
-        }
-        for element in elements {
-            if let Element::Component(component) = element {
-                let name = component.name.name.to_string();
-                let own = &component.modification;
-                values.extend(own.binding.as_ref().map(|binding| (name.clone(), read(binding))));
-                modified(own, &name, values);
-            }
-        }
-    }
-
-    /// What assertions compare with may follow other numbers, which are as little to be changed.
-    fn follow(&mut self, values: &[(String, Vec<String>)]) {
-        loop {
-            let known = self.asserted.len();
-            for (_, reads) in values.iter().filter(|(name, _)| self.is_asserted(name)).collect::<Vec<_>>() {
-                self.asserted.extend(reads.iter().cloned());
-            }
-            if self.asserted.len() == known {
-                return;
-            }
-        }
-    }
-
-    /// True if an assertion may read this variable: names of a class and of an instance differ by what they stand in.
-    fn is_asserted(&self, name: &str) -> bool {
-        let name = without_subscripts(name);
-        let is_end_of = |long: &str, short: &str| {
-            long.strip_suffix(short).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'))
-        };
-        self.asserted
-            .iter()
-            .map(|own| without_subscripts(own))
-            .any(|own| is_end_of(&name, &own) || is_end_of(&own, &name))
     }
 
     fn is_marked(&self, span: Span) -> bool {
@@ -331,58 +243,6 @@ impl Found<'_> {
             false => span,
         }
     }
-}
-
-/// What modifiers give a value, with the names that it reads.
-fn modified(modification: &hyd_syntax::tree::Modification, owner: &str, values: &mut Vec<(String, Vec<String>)>) {
-    for argument in &modification.arguments {
-        let hyd_syntax::tree::Argument::Modify(own) = argument else { continue };
-        let path: Vec<&str> = own.target.parts.iter().map(|part| &*part.name).collect();
-        let name = format!("{owner}.{}", path.join("."));
-        values.extend(own.modification.binding.as_ref().map(|binding| (name.clone(), read(binding))));
-        modified(&own.modification, &name, values);
-    }
-}
-
-/// True for conditions.
-fn compares(expr: &hyd_syntax::tree::Expr) -> bool {
-    use hyd_syntax::tree::{BinaryOp, UnaryOp};
-    match &expr.kind {
-        ExprKind::Unary(UnaryOp::Not, _) => true,
-        ExprKind::Binary(op, ..) => {
-            !matches!(op, BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Pow)
-        }
-        _ => false,
-    }
-}
-
-/// The names that an expression reads.
-fn read(expr: &hyd_syntax::tree::Expr) -> Vec<String> {
-    struct Reads(Vec<String>);
-    impl Visitor for Reads {
-        fn reference(&mut self, reference: &hyd_syntax::tree::ComponentRef, role: Role) {
-            if role == Role::Read {
-                self.0.push(hyd_syntax::print_reference(reference));
-            }
-        }
-    }
-    let mut reads = Reads(Vec::new());
-    reads.expr(expr);
-    reads.0
-}
-
-/// A name without what stands in brackets.
-fn without_subscripts(name: &str) -> String {
-    let mut depth = 0_usize;
-    let outside = |c: &char| {
-        depth = match c {
-            '[' => depth + 1,
-            ']' => depth.saturating_sub(1),
-            _ => depth,
-        };
-        depth == 0 && *c != ']'
-    };
-    name.chars().filter(outside).collect()
 }
 
 /// True for a reference of one part with this name.

@@ -57,7 +57,7 @@ impl Found<'_> {
             let is_declared = declared.is_some();
             let unit = declared.or_else(|| inferred.iter().find(|own| own.0 == v).map(|own| own.1.clone()));
             let name = block.name.element(k);
-            if let (true, true, Some(unit)) = (is_number, is_parameter && !self.is_asserted(&name), unit) {
+            if let (true, true, Some(unit)) = (is_number, is_parameter && !self.asserted.has(&name), unit) {
                 known.entry(span.start).or_insert((span, unit, name, value, is_declared));
             }
         }

@@ -13,7 +13,7 @@ const REACH: f64 = 3.0;
 /// How a number counts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Counts {
-    /// Parameters become so many times as large.
+    /// Parameters are multiplied by the value.
     Factor,
     /// Parameters get the value.
     Value,

@@ -16,12 +16,12 @@ impl Flattener<'_, '_> {
         let own = |leaf: InstId, direction: Direction| {
             (self.direction_of(leaf) == Some(direction)).then_some(instances[leaf].parent).flatten()
         };
-        // The elements of an array are one instance: the output of one may be the input of the next.
         let of = |direction: Direction| {
             leaves.iter().filter(|own| !own.1).filter_map(move |&(leaf, _, at)| Some((leaf, own(leaf, direction)?, at)))
         };
         let Some((output, component, _)) = of(Direction::Output).next() else { return };
         let Some((input, _, at)) = of(Direction::Input).find(|&(_, parent, _)| parent == component) else { return };
+        // The elements of an array are one instance: the output of one may be the input of the next.
         let is_here = Some(at.file) == self.scopes.table.main && instances[component].dims.is_empty();
         let Some(around) = instances[component].parent.filter(|_| is_here) else {
             return;
