@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use hyd_compiler::inquiry::AnnotatedClass;
 
-use crate::catalogue::door::Door;
 use crate::catalogue::natural::natural;
 use crate::catalogue::places::{beside_declared, found, of_laws, unpaired};
 use crate::catalogue::same_ids::tell_apart;
@@ -57,8 +56,7 @@ impl Candidate {
 
 /// A sentence on a model in whose equations no balance is found, so that no effect of the machine has a place.
 fn without_balance(setup: &Setup, workshop: &Workshop<'_>, places: &[Site]) -> Option<String> {
-    let is_balance = |site: &Site| matches!(site.door, Door::Equation { .. } | Door::Connector { .. });
-    if workshop.opaque.is_some() || places.iter().any(is_balance) {
+    if workshop.opaque.is_some() || places.iter().any(|site| !site.door.ends().is_empty()) {
         return None;
     }
     Some(format!(

@@ -11,25 +11,17 @@ use hyd_compiler::Opening;
 pub enum Door {
     /// The component at the place is redeclared.
     Component,
-    /// A term is added to an equation of the model's file.
-    Equation {
-        /// Where the text is opened; its `name` is the variable that is added.
-        opening: Opening,
-        /// Instance path of the component whose equation it is.
-        path: Arc<str>,
-        /// What the effect gives is taken away.
-        is_reversed: bool,
+    /// What a law gives comes into a balance.
+    Balance {
+        /// The balance.
+        end: End,
         /// The law's own inputs and outputs.
         law: Law,
     },
-    /// An adapter is connected.
-    Connector {
-        /// Path of the connector of the model.
-        connector: String,
-        /// Class of the adapter, whose input `term` is what the effect gives.
-        adapter: &'static str,
-        /// Connector of the adapter.
-        socket: &'static str,
+    /// What a law gives comes into one balance and is taken from another one: a leak, a bridge of heat.
+    Exchange {
+        /// The balance that it comes into, and the one that it is taken from.
+        ends: [End; 2],
         /// The law's own inputs and outputs.
         law: Law,
     },
@@ -52,6 +44,53 @@ pub enum Door {
         /// Where the text is opened, if the variable is given its value by an equation.
         opening: Option<Opening>,
     },
+}
+
+/// How something is added to a balance of the model.
+#[derive(Clone, PartialEq, Debug)]
+pub enum End {
+    /// By a term of an equation of the model's file.
+    Equation {
+        /// Where the text is opened; its `name` is the variable that is added.
+        opening: Opening,
+        /// Instance path of the component whose equation it is.
+        path: Arc<str>,
+        /// What comes in is taken away in the equation.
+        is_reversed: bool,
+    },
+    /// By an adapter that is connected.
+    Connector {
+        /// Path of the connector of the model.
+        connector: String,
+        /// Class of the adapter, whose input `term` is what comes in.
+        adapter: &'static str,
+        /// Connector of the adapter.
+        socket: &'static str,
+    },
+}
+
+impl Door {
+    /// The balances that a law acts on.
+    pub fn ends(&self) -> &[End] {
+        match self {
+            Self::Balance { end, .. } => std::slice::from_ref(end),
+            Self::Exchange { ends, .. } => ends,
+            Self::Component | Self::Channel { .. } | Self::Moved(_) | Self::Command { .. } => &[],
+        }
+    }
+
+    /// Where the text of the model's file is opened.
+    pub fn openings(&self) -> impl Iterator<Item = &Opening> {
+        let of_ends = self.ends().iter().filter_map(|end| match end {
+            End::Equation { opening, .. } => Some(opening),
+            End::Connector { .. } => None,
+        });
+        let of_command = match self {
+            Self::Command { opening, .. } => opening.as_ref(),
+            _ => None,
+        };
+        of_ends.chain(of_command)
+    }
 }
 
 /// What the law of an effect is given and gives.

@@ -373,9 +373,7 @@ pub(crate) fn candidates(
                 let fits = |site: &&Site| match site.door {
                     Door::Component => false,
                     Door::Channel { .. } | Door::Moved(_) => !effect.is_law,
-                    Door::Equation { ref law, .. } if !effect.given.is_empty() => {
-                        effect.is_law && is_given(effect, law)
-                    }
+                    Door::Balance { ref law, .. } if !effect.given.is_empty() => effect.is_law && is_given(effect, law),
                     _ => effect.is_law,
                 };
                 let found = sites.iter().filter(|site| site.id == *id).filter(fits);
@@ -402,8 +400,7 @@ pub(crate) fn candidates(
 
 /// Sentences on effects that could be laws at places of the model that were found, but do not say that they are laws.
 pub(crate) fn not_laws(effects: &[Arc<Effect>], sites: &[Site], all: &[Candidate]) -> Vec<String> {
-    let takes_laws =
-        |site: &&Site| matches!(site.door, Door::Equation { .. } | Door::Connector { .. } | Door::Command { .. });
+    let takes_laws = |site: &&Site| !site.door.ends().is_empty() || matches!(site.door, Door::Command { .. });
     let is_tried = |effect: &Effect| all.iter().any(|own| own.effect.class == effect.class);
     let sentence = |effect: &Arc<Effect>| {
         let ids = effect.at.iter().filter_map(|ids| if let [id] = &ids[..] { Some(id) } else { None });

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use hyd_compiler::{Balance, Command, Opening, balances, commands, opened};
 use hyd_system::Tables;
 
-use crate::catalogue::door::{Door, Law};
+use crate::catalogue::door::{Door, End, Law};
 use crate::catalogue::{Effect, SCALE, Site};
 use crate::data::ChannelInfo;
 use crate::machine::Machine;
@@ -25,6 +25,12 @@ const SENSOR: &str = "sensor";
 const PAIR: &str = "sensor_pair";
 /// Beyond so many channels pairs of them are not tried: there are as many as the square of that.
 const MOST_PAIRED: usize = 8;
+/// Beyond so many balances of one kind nothing is tried between two of them, for the same reason.
+const MOST_EXCHANGING: usize = 8;
+/// What drives an exchange: by how much more the first of two balances stores than the second.
+const DIFFERENCE: &str = "d";
+/// What an exchange gives; under the same name its sizes ask for what changes the first balance.
+const EXCHANGED: &str = "y";
 /// Id of the place that the trigger of a unit is.
 const MOVED: &str = "trigger_moved";
 /// Id of the place that a course in time is.
@@ -44,6 +50,8 @@ struct Kind {
     names: &'static [&'static str],
     /// Input of a law that is what is stored, the one that is the term that stores, and the output.
     law: (&'static str, &'static str, &'static str),
+    /// Id of the places that two of them are.
+    pair: Option<&'static str>,
     /// Adapter, its connector, and how connectors of components are called with their flow.
     adapter: Option<(&'static str, &'static str, &'static str)>,
 }
@@ -56,6 +64,7 @@ const KINDS: [Kind; 5] = [
         stored: &["m/s", "rad/s"],
         names: &["v", "w", "omega", "speed"],
         law: ("v", "F", "F"),
+        pair: Some("force_pair"),
         adapter: Some(("Hyd.Places.ForceAt", "flange", "f")),
     },
     Kind {
@@ -65,6 +74,7 @@ const KINDS: [Kind; 5] = [
         stored: &["A"],
         names: &["i", "current"],
         law: ("i", "u_L", "u"),
+        pair: None,
         adapter: None,
     },
     Kind {
@@ -74,6 +84,7 @@ const KINDS: [Kind; 5] = [
         stored: &["V"],
         names: &["u", "volt"],
         law: ("u", "i_C", "i"),
+        pair: Some("current_pair"),
         adapter: None,
     },
     Kind {
@@ -83,6 +94,7 @@ const KINDS: [Kind; 5] = [
         stored: &["K", "degC"],
         names: &["t", "temp", "theta"],
         law: ("T", "Q_C", "Q"),
+        pair: Some("heat_pair"),
         adapter: Some(("Hyd.Places.HeatAt", "port", "Q_flow")),
     },
     // The last one takes what no other does.
@@ -93,6 +105,7 @@ const KINDS: [Kind; 5] = [
         stored: &["m", "m3", "Pa", "kg"],
         names: &["h", "level", "p", "vol"],
         law: ("h", "q_C", "q"),
+        pair: Some("flow_pair"),
         adapter: Some(("Hyd.Places.FlowAt", "port", "q")),
     },
 ];
@@ -105,10 +118,18 @@ pub(crate) fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>,
     let base = setup.machine(workshop.translate(&[])?)?;
     let sites = workshop.injection_sites(&[], base.channel_names());
     let mut found: Vec<Site> = Vec::new();
+    let mut units: Vec<[Arc<str>; 2]> = Vec::new();
     for balance in balances(&sites) {
         let is_new = |site: &Site| found.iter().all(|known| known.path != site.path);
-        found.extend(place(&balance, &base, workshop, &found).filter(is_new));
+        if let Some(site) = place(&balance, &base, workshop, &found).filter(is_new) {
+            let stored =
+                base.tables().find(&site.path).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone());
+            units.push([stored, balance.site.unit.as_deref().unwrap_or_default().into()]);
+            found.push(site);
+        }
     }
+    let exchanges = exchanges(&found, &units);
+    found.extend(exchanges);
     for own in commands(&workshop.preamble, &workshop.class) {
         let site = command(own, workshop, &found);
         found.extend(site);
@@ -136,6 +157,46 @@ pub(crate) fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>,
     }));
     found.extend(pairs(setup, workshop));
     Ok(found)
+}
+
+/// Every two balances of one kind between which something may pass that no equation has: what comes into the one is taken from the other.
+/// `units` are those of what each stores and of its equation, which must be the same; none where there are too many.
+fn exchanges(balances: &[Site], units: &[[Arc<str>; 2]]) -> Vec<Site> {
+    let mut found = Vec::new();
+    for kind in &KINDS {
+        let Some(pair) = kind.pair else { continue };
+        let own: Vec<(&Site, _)> = balances.iter().zip(units).filter(|(site, _)| *site.id == *kind.id).collect();
+        if own.len() > MOST_EXCHANGING {
+            continue;
+        }
+        for (k, (one, units)) in own.iter().enumerate() {
+            let others = own[k + 1..].iter().filter(|(_, others)| others == units);
+            found.extend(others.filter_map(|(other, _)| exchange(kind, pair, (one, other))));
+        }
+    }
+    found
+}
+
+/// The place that two balances of one kind are.
+fn exchange(kind: &Kind, id: &str, (one, other): (&Site, &Site)) -> Option<Site> {
+    let end = |site: &Site| match &site.door {
+        Door::Balance { end, .. } => Some(end.clone()),
+        _ => None,
+    };
+    let ends = [end(one)?, end(other)?];
+    let changed = one.scales.iter().find(|(name, _)| name == kind.law.1)?.1.clone();
+    let (a, b) = (&one.path, &other.path);
+    let difference = format!("{a} - {b}");
+    Some(Site {
+        id: id.into(),
+        path: format!("{a} and {b}"),
+        words: Arc::from(format!("{}: between those of {a} and {b}", kind.words)),
+        channel: None,
+        file: one.file.clone(),
+        line: one.line,
+        scales: vec![(DIFFERENCE.into(), difference.clone()), (EXCHANGED.into(), changed)],
+        door: Door::Exchange { ends, law: Law { inputs: vec![(DIFFERENCE, Some(difference))], output: EXCHANGED } },
+    })
 }
 
 /// Every channel that may hear another one; none where there are too many.
@@ -186,7 +247,7 @@ pub(crate) fn beside_declared(declared: &[Site]) -> Vec<Site> {
         let law = Law { inputs, output: force.law.2 };
         Site {
             scales: moving.into_iter().chain(typical).collect(),
-            door: Door::Connector { connector: of(socket), adapter, socket, law },
+            door: Door::Balance { end: End::Connector { connector: of(socket), adapter, socket }, law },
             ..site.clone()
         }
     });
@@ -247,13 +308,13 @@ fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Si
     let law = Law { inputs, output: kind.law.2 };
     let file = workshop.shown_file(&balance.site.file).to_string();
     let is_own = !workshop.preamble.is_empty() && *balance.site.file == *workshop.name();
-    let door = if is_own {
+    let end = if is_own {
         let name = free(&format!("further_{}", kind.id), workshop, known)?;
         let (line, equation) = (balance.site.line, balance.site.text.clone());
         let opening =
             Opening { line, equation, name, words: format!("what the {} lacks", kind.words), replaces: false };
         opened(&workshop.preamble, std::slice::from_ref(&opening))?;
-        Door::Equation { opening, path: path.clone(), is_reversed: balance.is_reversed, law }
+        End::Equation { opening, path: path.clone(), is_reversed: balance.is_reversed }
     } else {
         let (adapter, socket, flow) = kind.adapter?;
         let ends = format!(".{flow}");
@@ -261,7 +322,7 @@ fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Si
         if balance.is_reversed {
             return None;
         }
-        Door::Connector { connector: full(connector), adapter, socket, law }
+        End::Connector { connector: full(connector), adapter, socket }
     };
     Some(Site {
         id: kind.id.into(),
@@ -270,7 +331,7 @@ fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Si
         channel: None,
         file: file.into(),
         line: balance.site.line,
-        door,
+        door: Door::Balance { end, law },
         scales,
     })
 }
@@ -278,11 +339,8 @@ fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Si
 /// A name that stands nowhere in the model's file and that no other place has.
 fn free(wanted: &str, workshop: &Workshop<'_>, known: &[Site]) -> Option<String> {
     let taken = |name: &str| {
-        let is_opened = |site: &Site| match &site.door {
-            Door::Equation { opening, .. } | Door::Command { opening: Some(opening), .. } => opening.name == name,
-            _ => false,
-        };
-        workshop.preamble.contains(name) || known.iter().any(is_opened)
+        workshop.preamble.contains(name)
+            || known.iter().flat_map(|site| site.door.openings()).any(|opening| opening.name == name)
     };
     let numbered = (2_u32..).map(|k| format!("{wanted}_{k}"));
     std::iter::once(wanted.to_string()).chain(numbered).find(|name| !taken(name))

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use hyd_compiler::{Opening, SourceText, Sources, Variation, opened, print_string, varied};
 
-use crate::catalogue::door::{self, Door};
+use crate::catalogue::door::{self, Door, End};
 use crate::catalogue::{Candidate, Effect, EffectParameter, Kind, Site};
 use crate::terms::dictionary::Term;
 use crate::terms::dynamics::{Dynamics, Names};
@@ -491,10 +491,8 @@ pub(crate) fn site_of(
         channel: None,
         file: workshop.shown_file(file).into(),
         line,
-        door: Door::Equation {
-            opening,
-            path: component.clone(),
-            is_reversed: false,
+        door: Door::Balance {
+            end: End::Equation { opening, path: component.clone(), is_reversed: false },
             law: door::Law { inputs, output: GIVES },
         },
         scales: Vec::new(),

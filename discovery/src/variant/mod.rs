@@ -23,7 +23,7 @@ use hyd_compiler::{
 };
 
 use crate::Fault;
-use crate::catalogue::door::{Door, Law};
+use crate::catalogue::door::{Door, End, Law};
 use crate::catalogue::{Candidate, Site, sites};
 use crate::study::initial::{StartOf, declarations, equations};
 use crate::terms::dictionary::Term;
@@ -105,11 +105,16 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
                     let (class, name) = (&candidate.effect.class, last_name(&site.path));
                     tree.insert(&site.path, format!("redeclare {class} {name}"), stated.clone());
                 }
-                Door::Equation { opening, path, is_reversed, law } => {
-                    let path = if path.is_empty() { opening.name.clone() } else { format!("{path}.{}", opening.name) };
-                    let sign = if *is_reversed { "-" } else { "" };
-                    let term = format!("{sign}{}.{}", candidate.component(site), law.output);
-                    terms.entry(path).or_default().push(term);
+                Door::Balance { law, .. } | Door::Exchange { law, .. } => {
+                    for (k, end) in site.door.ends().iter().enumerate() {
+                        let End::Equation { opening, path, is_reversed } = end else { continue };
+                        let path =
+                            if path.is_empty() { opening.name.clone() } else { format!("{path}.{}", opening.name) };
+                        // What comes into the first is taken from the second.
+                        let sign = if *is_reversed == (k == 0) { "-" } else { "" };
+                        let term = format!("{sign}{}.{}", candidate.component(site), law.output);
+                        terms.entry(path).or_default().push(term);
+                    }
                 }
                 // Of several in a chain the last one gives the value.
                 Door::Command { variable, .. } => {
@@ -122,7 +127,7 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
                         tree.insert(variable, value, Vec::new());
                     }
                 }
-                Door::Connector { .. } | Door::Channel { .. } => {}
+                Door::Channel { .. } => {}
             }
         }
     }
@@ -156,12 +161,15 @@ fn additions(inserts: &[Insert]) -> String {
             let name = candidate.component(site);
             let law = match &site.door {
                 Door::Component => continue,
-                Door::Equation { law, .. } => law,
                 Door::Moved(_) => &Law { inputs: Vec::new(), output: "y" },
-                Door::Connector { connector, adapter, socket, law } => {
-                    let _ = writeln!(declared, "  {adapter} {name}_at;");
-                    let _ = writeln!(equations, "  connect({name}_at.{socket}, {connector});");
-                    let _ = writeln!(equations, "  {name}_at.term = {name}.{};", law.output);
+                Door::Balance { law, .. } | Door::Exchange { law, .. } => {
+                    for (k, end) in site.door.ends().iter().enumerate() {
+                        let End::Connector { connector, adapter, socket } = end else { continue };
+                        let (at, sign) = if k == 0 { ("at", "") } else { ("from", "-") };
+                        let _ = writeln!(declared, "  {adapter} {name}_{at};");
+                        let _ = writeln!(equations, "  connect({name}_{at}.{socket}, {connector});");
+                        let _ = writeln!(equations, "  {name}_{at}.term = {sign}{name}.{};", law.output);
+                    }
                     law
                 }
                 Door::Channel { expression, .. } | Door::Command { expression, .. } => {
@@ -247,10 +255,10 @@ impl Workshop<'_> {
     fn preamble(&self, inserts: &[Insert]) -> Result<Cow<'_, str>, Fault> {
         let mut openings: Vec<Opening> = Vec::new();
         for site in inserts.iter().flat_map(|insert| &insert.candidate.sites) {
-            if let Door::Equation { opening, .. } | Door::Command { opening: Some(opening), .. } = &site.door
-                && !openings.contains(opening)
-            {
-                openings.push(opening.clone());
+            for opening in site.door.openings() {
+                if !openings.contains(opening) {
+                    openings.push(opening.clone());
+                }
             }
         }
         if openings.is_empty() {

@@ -11,6 +11,7 @@ mod bench_columns;
 mod calibrated;
 mod disturbed;
 mod driven;
+mod exchanged;
 mod hidden;
 mod laws;
 mod next;

@@ -121,7 +121,7 @@ pub(crate) fn answer_in(bench: &Bench) -> (Value, PathBuf) {
 }
 
 /// The one effect named, with sizes within four standard errors of the truth.
-fn names(bench: &Bench, status: &str, id: &str, place: &str, sizes: &[(&str, f64)]) {
+pub(crate) fn names(bench: &Bench, status: &str, id: &str, place: &str, sizes: &[(&str, f64)]) {
     let report = answer(bench);
     let effects = report["effects"].as_array().expect("a list");
     assert_eq!(report["status"], status, "{}: {report:#}", bench.name);
@@ -332,7 +332,7 @@ end Heater;
 }
 
 /// What is said of a bench on which nothing of the machine is missing.
-fn said_of_adequate(bench: &Bench) -> (Value, String) {
+pub(crate) fn said_of_adequate(bench: &Bench) -> (Value, String) {
     let report = answer(bench);
     assert_eq!(report["status"], "adequate", "{report:#}");
     let sentences = report["disturbed"]["sentences"].as_array().expect("a list").iter();

@@ -56,6 +56,7 @@ const TANK: (&[(&str, &str)], &str) = (VESSEL, "q");
 const DRIVE: (&[(&str, &str)], &str) = (GIVEN, "y");
 const CHAIN: (&[(&str, &str)], &str) = (SHOWN, "y");
 
+const BETWEEN: (&[(&str, &str)], &str) = (&[("d", "2 + sin(time)")], "y");
 const PAIR: (&[(&str, &str)], &str) = (&[("u", "3*sin(time)"), ("v", "time")], "y");
 
 /// Position and speed of the motion.
@@ -251,6 +252,18 @@ fn cases() -> Vec<Case> {
             0.02,
         ),
         law("Sensing.WrongSign", "k = SIZE", 1.0, CHAIN, |t| -3.0 * t.sin(), 1e-9),
+        law("Heat.HeatBridge", "k = SIZE", 3.0, BETWEEN, |t| -3.0 * (2.0 + t.sin()), 1e-9),
+        law("Fluids.LeakBetween", "k = SIZE", 3.0, BETWEEN, |t| -3.0 * (2.0 + t.sin()), 1e-9),
+        law(
+            "Fluids.OrificeBetween",
+            "k = SIZE, d_r = 2",
+            3.0,
+            BETWEEN,
+            |t| -3.0 * ((2.0 + t.sin()) / 2.0).sqrt(),
+            5e-4,
+        ),
+        law("Mechanics.DampingBetween", "c = SIZE", 3.0, BETWEEN, |t| -3.0 * (2.0 + t.sin()), 1e-9),
+        law("Electricity.ConductanceBetween", "G = SIZE", 3.0, BETWEEN, |t| -3.0 * (2.0 + t.sin()), 1e-9),
         law("Sensing.CrossTalk", "k = SIZE", 0.1, PAIR, |t| 3.0 * t.sin() + 0.1 * t, 1e-9),
     ]
 }
@@ -299,7 +312,8 @@ fn effects_obey_their_laws() {
 fn effects_are_nothing_at_zero() {
     let mut report = String::new();
     for case in &cases() {
-        let plain: fn(f64) -> f64 = if case.output == "y" { |t| 3.0 * t.sin() } else { |_| 0.0 };
+        let plain: fn(f64) -> f64 =
+            if case.inputs[0].0 == "u" && case.output == "y" { |t| 3.0 * t.sin() } else { |_| 0.0 };
         let off = off(case, 0.0, &plain);
         if off.is_nan() || off > 2e-6 {
             report += &format!("{}: {off:.3e} at zero\n", case.class);

@@ -1,0 +1,106 @@
+//! What passes from one balance to another: a leak across a piston, a bridge of heat.  Neither a leak of the one nor one of the other
+//! explains both.
+
+use crate::plain::{Bench, names, said_of_adequate};
+
+/// A cylinder between a pump and a throttle, in SI units.
+const CYLINDER: Bench = Bench {
+    name: "cylinder",
+    model: "model Cylinder
+  parameter Real A(unit = \"m2\") = 1e-3 \"piston\";
+  parameter Real C_a(unit = \"m3/Pa\") = 2e-12;
+  parameter Real C_b(unit = \"m3/Pa\") = 3e-12;
+  parameter Real k_b(unit = \"m3/(s.Pa)\") = 5e-11 \"throttle\";
+  parameter Real m(unit = \"kg\") = 20;
+  parameter Real d(unit = \"N.s/m\") = 5000;
+  parameter Real q(unit = \"m3/s\") = 1e-4 \"pump\";
+  parameter Real p_a0(unit = \"Pa\") = 1e6;
+  parameter Real p_b0(unit = \"Pa\") = 1e6;
+  parameter Real v0(unit = \"m/s\") = 0;
+  Real p_a(unit = \"Pa\", nominal = 1e6, start = p_a0, fixed = true);
+  Real p_b(unit = \"Pa\", nominal = 1e6, start = p_b0, fixed = true);
+  Real v(unit = \"m/s\", start = v0, fixed = true);
+equation
+  C_a*der(p_a) = q - A*v;
+  C_b*der(p_b) = A*v - k_b*p_b;
+  m*der(v) = A*(p_a - p_b) - d*v;
+end Cylinder;
+",
+    class: "Cylinder",
+    channels: &[("pa_Pa", "p_a", 5e3), ("pb_Pa", "p_b", 5e3), ("v_ms", "v", 3e-4)],
+    conditions: &["p_a0", "p_b0", "v0", "q"],
+    nuisances: &["A", "C_a", "C_b", "k_b", "m", "d"],
+    shots: &[
+        &[1e6, 1e6, 0.0, 1e-4],
+        &[3e6, 5e5, 0.0, 5e-5],
+        &[5e5, 2e6, 0.05, 8e-5],
+        &[2e6, 2e6, 0.0, 1.5e-4],
+        &[2.5e6, 1e6, 0.1, 7e-5],
+    ],
+    shown: |_, value| value,
+    rates: |x, shot| cylinder(x, shot[3], 0.0),
+    recorded: |_, value| value,
+    without: &[],
+    stop: 0.4,
+};
+
+/// Rates of the cylinder with a leak of that much a pascal across its piston.
+fn cylinder(x: &[f64], q: f64, leak: f64) -> Vec<f64> {
+    let (a, b, v) = (x[0], x[1], x[2]);
+    let across = leak * (a - b);
+    vec![(q - 1e-3 * v - across) / 2e-12, (1e-3 * v - 5e-11 * b + across) / 3e-12, (1e-3 * (a - b) - 5000.0 * v) / 20.0]
+}
+
+#[test]
+fn a_leak_across_a_piston() {
+    let bench = Bench { name: "piston", rates: |x, shot| cylinder(x, shot[3], 2e-11), ..CYLINDER };
+    names(&bench, "named", "leak_between", "p_a and p_b", &[("k", 2e-11)]);
+}
+
+#[test]
+fn a_cylinder_that_does_not_leak() {
+    said_of_adequate(&CYLINDER);
+}
+
+/// Two heated plates; the balances have no units, and the second one is written with all on its left side.
+#[test]
+fn a_bridge_of_heat() {
+    let bench = Bench {
+        name: "plates",
+        model: "model Plates
+  parameter Real C_1 = 500;
+  parameter Real C_2 = 300;
+  parameter Real h_1 = 2;
+  parameter Real h_2 = 1.5;
+  parameter Real P = 100 \"heater at the first\";
+  parameter Real T_10 = 20;
+  parameter Real T_20 = 20;
+  Real T_1(start = T_10, fixed = true);
+  Real T_2(start = T_20, fixed = true);
+equation
+  C_1*der(T_1) = P - h_1*(T_1 - 20);
+  h_2*(T_2 - 20) + C_2*der(T_2) = 0;
+end Plates;
+",
+        class: "Plates",
+        channels: &[("T1_C", "T_1", 0.05), ("T2_C", "T_2", 0.05)],
+        conditions: &["T_10", "T_20", "P"],
+        nuisances: &["C_1", "C_2", "h_1", "h_2"],
+        shots: &[
+            &[20.0, 20.0, 100.0],
+            &[20.0, 60.0, 50.0],
+            &[40.0, 20.0, 0.0],
+            &[20.0, 30.0, 80.0],
+            &[50.0, 50.0, 20.0],
+        ],
+        shown: |_, value| value,
+        rates: |x, shot| {
+            let passes = 0.6 * (x[0] - x[1]);
+            vec![(shot[2] - 2.0 * (x[0] - 20.0) - passes) / 500.0, (passes - 1.5 * (x[1] - 20.0)) / 300.0]
+        },
+        recorded: |_, value| value,
+        without: &[],
+        stop: 600.0,
+    };
+    names(&bench, "named", "heat_bridge", "T_1 and T_2", &[("k", 0.6)]);
+}
