@@ -3,11 +3,13 @@
 //! With `F(t, x, x', z) = 0`, states `x` and algebraic unknowns `z`, the implicit function theorem gives the derivatives of
 //! `(x', z)` from `[F_x' F_z] d(x', z) = -(F_x dx + F_u du)` with the exact partial derivatives of the equations; outputs follow by
 //! their own tangents.  Inputs are parameters.  Relations and discrete variables are held, as they are between events.  Of a set of
-//! candidates those are states that are so at this point.  Eigenvalues by the QR algorithm after balancing (Golub, Van Loan, "Matrix
-//! Computations", sections 7.5 and 7.4.6; Parlett and Reinsch 1969).  Not for systems with delays, which have no finite state.
+//! candidates those are states that are so at this point.  Eigenvalues by the QR algorithm with a bound of its turns after balancing
+//! (Golub, Van Loan, "Matrix Computations", sections 7.5 and 7.4.6; Parlett and Reinsch 1969).  Not for systems with delays, which have
+//! no finite state.
 
 use std::fmt;
 
+use faer::Mat;
 use hyd_system::{Along, DaeSystem, Direction, Pattern, Place, Source};
 use nalgebra::DMatrix;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
@@ -51,6 +53,8 @@ pub enum LinearizeError {
     NotFinite(Option<String>),
     /// The equations do not determine this unknown at this point.
     Singular(String),
+    /// The iteration for the eigenvalues does not end.
+    Eigenvalues,
 }
 
 impl fmt::Display for LinearizeError {
@@ -65,6 +69,9 @@ impl fmt::Display for LinearizeError {
             }
             LinearizeError::NotFinite(None) => f.write_str("a derivative is not a finite number"),
             LinearizeError::Singular(name) => write!(f, "the equations do not determine `{name}` at this point"),
+            LinearizeError::Eigenvalues => {
+                f.write_str("the iteration for the eigenvalues of the linear model does not converge")
+            }
         }
     }
 }
@@ -76,7 +83,7 @@ impl std::error::Error for LinearizeError {}
 /// `inputs`: positions in `DaeSystem::parameters`; `outputs`: where their values stand.
 ///
 /// # Errors
-/// Delays, an input without derivatives, derivatives that are not finite, singular equations.
+/// Delays, an input without derivatives, derivatives that are not finite, singular equations, eigenvalues that are not found.
 pub fn linearize(
     system: &mut dyn DaeSystem,
     point: OperatingPoint<'_>,
@@ -121,7 +128,8 @@ pub fn linearize(
     let b = states.iter().map(|&k| (x..width).map(|j| solution[(k as usize, j)]).collect()).collect();
     let rows = output_rows(system, point, (&states, &is_state), &solution, outputs);
     let (c, d) = rows.into_iter().map(|row| (row[..x].to_vec(), row[x..].to_vec())).unzip();
-    Ok(LinearModel { eigenvalues: eigenvalues(&a), states, a, b, c, d })
+    let eigenvalues = eigenvalues(&a).ok_or(LinearizeError::Eigenvalues)?;
+    Ok(LinearModel { eigenvalues, states, a, b, c, d })
 }
 
 /// The states, for which nothing is known to the system, then the inputs.
@@ -268,15 +276,18 @@ fn output_rows(
     outputs.iter().map(derivative).collect()
 }
 
-/// Real and imaginary parts, by descending real part.
-pub(crate) fn eigenvalues(a: &[Vec<f64>]) -> Vec<(f64, f64)> {
+/// Real and imaginary parts, by descending real part; `None` if the iteration does not end.
+pub(crate) fn eigenvalues(a: &[Vec<f64>]) -> Option<Vec<(f64, f64)>> {
     let n = a.len();
     let mut matrix = DMatrix::from_fn(n, n, |row, column| a[row][column]);
     if n == 0 {
-        return Vec::new();
+        return Some(Vec::new());
     }
     balance_parlett_reinsch(&mut matrix);
-    let mut list: Vec<(f64, f64)> = matrix.complex_eigenvalues().iter().map(|value| (value.re, value.im)).collect();
+    // The QR iteration of nalgebra turns forever on some matrices of many like cells.
+    let balanced = Mat::from_fn(n, n, |row, column| matrix[(row, column)]);
+    let found = balanced.eigenvalues().ok()?;
+    let mut list: Vec<(f64, f64)> = found.iter().map(|value| (value.re + 0.0, value.im + 0.0)).collect();
     list.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
-    list
+    Some(list)
 }

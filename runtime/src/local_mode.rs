@@ -62,7 +62,7 @@ impl LocalMode {
         }
         let rows: Vec<Vec<f64>> = a.row_iter().map(|row| row.iter().copied().collect()).collect();
         let of_size = |(re, im): (f64, f64)| math::hypot(re, im);
-        let mut candidates: Vec<(f64, f64)> = eigenvalues(&rows).into_iter().filter(|own| own.1 >= 0.0).collect();
+        let mut candidates: Vec<(f64, f64)> = eigenvalues(&rows)?.into_iter().filter(|own| own.1 >= 0.0).collect();
         candidates.sort_by(|a, b| of_size(*b).total_cmp(&of_size(*a)));
         let sizes = candidates.iter().map(|own| of_size(*own));
         let slowest = sizes.filter(|size| *size > 0.0).fold(f64::INFINITY, f64::min);
