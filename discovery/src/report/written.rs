@@ -78,7 +78,8 @@ impl Scene<'_> {
         Ok(Extended { whole, own, machine, candidates, channels, data, lost, span: (start, stop) })
     }
 
-    /// Literals of the parameters that have one value in all fitted shots and another one in the base model, but those of effects.
+    /// Literals of the parameters that have one value in all fitted shots and another one in the base model, but those of effects;
+    /// and where states begin.
     fn common(&self) -> Result<Vec<Stated>, Fault> {
         let (setup, last) = (self.setup, self.last);
         let problem = last.base.problem(setup)?;
@@ -86,11 +87,11 @@ impl Scene<'_> {
             |k: usize| problem.unknowns.iter().any(|own| own.effect.is_some() && own.places().contains(&k));
         let values: Vec<Vec<f64>> = setup.train.iter().map(|&shot| problem.values(&last.fit.xi, shot)).collect();
         let mut common = Vec::new();
-        // Beginnings of states are parameters of the model itself, and belong to the shots.
-        let is_own = |k: usize| !of_effects(k) && !StartOf::is_parameter(problem.places[k].name());
-        for (k, place) in problem.places.iter().enumerate().filter(|&(k, _)| is_own(k)) {
+        for (k, place) in problem.places.iter().enumerate().filter(|&(k, _)| !of_effects(k)) {
             let (value, nominal) = (values[0][k], problem.machine.parameter(place.name())?.1);
-            let is_common = values.iter().all(|own| own[k] == value) && value != nominal && !place.name().contains('[');
+            // Beginnings of states belong to the shots; a run of the text alone begins as the first one does.
+            let is_common = StartOf::is_parameter(place.name())
+                || values.iter().all(|own| own[k] == value) && value != nominal && !place.name().contains('[');
             let text = literal(&problem.machine.kind(place), value).filter(|_| is_common);
             common.extend(text.map(|text| (place.name().to_string(), text)));
         }

@@ -119,11 +119,14 @@ impl StartOf {
     }
 }
 
-/// Declarations of the parameters that `known`, the text of the base, does not have.
-pub(crate) fn declarations(starts: &[StartOf], known: &str) -> String {
+/// Declarations of the parameters that `known`, the text of the base, does not have; with a value from `values`, literals by name, so that
+/// a run of the text alone does not begin at zero, where no shot does.
+pub(crate) fn declarations(starts: &[StartOf], known: &str, values: &[(String, String)]) -> String {
     let new = starts.iter().filter(|start| !start.at_rest && !known.contains(&StartOf::parameter(&start.state)));
     let line = |start: &StartOf| {
-        format!("  parameter Real {} = 0 \"{} at the beginning\";\n", StartOf::parameter(&start.state), start.state)
+        let name = StartOf::parameter(&start.state);
+        let value = values.iter().find(|(own, _)| *own == name).map_or("0", |(_, literal)| literal);
+        format!("  parameter Real {name} = {value} \"{} at the beginning\";\n", start.state)
     };
     new.map(line).collect()
 }

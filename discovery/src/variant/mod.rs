@@ -229,7 +229,8 @@ impl Workshop<'_> {
         self.free_name(EXTENDED)
     }
 
-    /// Text of the model with effects in it and with parameter values `extra`, literals by path.
+    /// Text of the model with effects in it and with parameter values `extra`, literals by path; those of beginnings are what these
+    /// are where nobody sets them.
     pub fn extended(
         &self,
         inserts: &[Insert],
@@ -237,8 +238,9 @@ impl Workshop<'_> {
         extra: &[(String, String)],
         annotation: &str,
     ) -> String {
-        let (inside, added) = (modifications(inserts, extra, &self.starts), additions(inserts));
-        let (starts, initial) = (declarations(&self.starts, &self.preamble), equations(&self.starts));
+        let (begun, extra): (Vec<_>, Vec<_>) = extra.iter().cloned().partition(|(name, _)| StartOf::is_parameter(name));
+        let (inside, added) = (modifications(inserts, &extra, &self.starts), additions(inserts));
+        let (starts, initial) = (declarations(&self.starts, &self.preamble, &begun), equations(&self.starts));
         let class = &self.class;
         let list = if inside.is_empty() { String::new() } else { format!("(\n    {inside})") };
         let description = print_string(description);

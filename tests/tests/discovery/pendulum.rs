@@ -84,6 +84,11 @@ fn dry_friction_of_a_pendulum_is_found_from_either_origin_of_the_angle() {
             "{name}: {}",
             found.stdout
         );
+        // By itself the model begins as the first shot does.
+        let written = fs::read_to_string(folder.join("report/discovered.hyd")).expect("written");
+        let speed = written.split("'start of w' = ").nth(1).and_then(|rest| rest.split(' ').next()).expect("declared");
+        let speed: f64 = speed.parse().expect("a number");
+        assert!((speed + 1.3 * share).abs() < 0.1, "{written}");
         let size = report["effects"][0]["parameters"]["F_c"]["value"].as_f64().expect("a number");
         assert!((size / F - 1.0).abs() < if share < 1.0 { 0.1 } else { 0.02 }, "{name}: {size:e}");
         let _ = fs::remove_dir_all(&folder);
