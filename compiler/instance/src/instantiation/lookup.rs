@@ -55,7 +55,10 @@ impl Scopes<'_> {
         {
             return match path.parts.len() {
                 1 => Ok(found),
-                _ => self.table.descend(found.class, &path.parts[1..]).map(LocalClass::plain),
+                _ => {
+                    let class = self.table.descend(found.class, &path.parts[1..])?;
+                    Ok(self.read_in(found.context, class))
+                }
             };
         }
         let from = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
@@ -104,6 +107,17 @@ impl Scopes<'_> {
         }
         *depth = TOP;
         self.table.top(name).map(LocalClass::plain)
+    }
+
+    /// A class of a package that is an element of the instance `context`: what a short definition of that package redeclares is text of
+    /// the instance's class, and its names mean what they mean in the instance.
+    fn read_in(&self, context: Option<InstId>, class: ClassId) -> LocalClass {
+        let text = self.table.class(class).parent;
+        let is_own = |inst: &InstId| {
+            let shape = self.instances[*inst].shape.as_ref();
+            shape.is_some_and(|shape| shape.frames.iter().any(|frame| Some(frame.class) == text))
+        };
+        LocalClass { context: context.filter(is_own), ..LocalClass::plain(class) }
     }
 
     /// For an `outer` class: where the `inner` class of that name is declared.
@@ -293,7 +307,7 @@ impl Scopes<'_> {
                 return self.literal(enumeration, reference, k).map(Some);
             }
             if let Some(class) = self.table.member_class(local.class, &part.name.name) {
-                local = LocalClass::plain(class);
+                local = self.read_in(local.context, class);
                 continue;
             }
             if let Some(inst) = self.package_constant(&local, &part.name.name)? {
