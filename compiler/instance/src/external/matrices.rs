@@ -7,6 +7,11 @@ use nalgebra::{DMatrix, DVector};
 use crate::external::Given;
 use crate::values::value::Value;
 
+/// Numbers beside which the iteration for singular values takes those off the diagonal for zero, relative.
+const SMALL: f64 = 5.0 * f64::EPSILON;
+/// Turns of that iteration; it takes a few for each value.
+const MOST_TURNS: usize = 100_000;
+
 /// Calls the function of this name; `None` where it is not known.
 pub(crate) fn call(name: &str, arguments: &[Value]) -> Option<Result<Given, String>> {
     match (name, arguments) {
@@ -48,7 +53,21 @@ fn least_squares(a: &Value, b: &Value, rcond: f64) -> Result<Given, String> {
     if b.nrows() < rows.max(columns) {
         return Err("the right side of a least squares problem is shorter than its matrix".to_string());
     }
-    let parts = a.svd(true, true);
+    if a.is_empty() {
+        // Nothing is asked for, or nothing is said: the shortest answer is zero.
+        let mut x = b.clone();
+        x.rows_mut(0, columns).fill(0.0);
+        return Ok(Given {
+            value: None,
+            set: vec![(5, array(&x, &shape)), (9, Value::Integer(0)), (12, Value::Integer(0))],
+        });
+    }
+    // The iteration would turn forever on numbers that are not finite.
+    if !a.iter().chain(b.iter()).all(|number| number.is_finite()) {
+        return Err("a least squares problem has numbers that are not finite".to_string());
+    }
+    let parts = a.try_svd(true, true, SMALL, MOST_TURNS);
+    let parts = parts.ok_or("the singular values of a least squares problem are not found")?;
     let largest = parts.singular_values.iter().copied().fold(0.0, f64::max);
     let least = largest * rcond.max(f64::EPSILON);
     let rank = parts.singular_values.iter().filter(|&&value| value > least).count();
@@ -95,5 +114,19 @@ mod tests {
         let x = numbers(&set[0].1);
         assert!((x[0] - 1.0).abs() < 1e-12 && (x[1] - 1.0).abs() < 1e-12, "{x:?}");
         assert_eq!(set[1], (9, Value::Integer(1)));
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused_and_nothing_has_the_answer_zero() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let a = Value::array(vec![reals(&[1.0, bad]), reals(&[1.0, 1.0])]);
+            let n = Value::Integer(0);
+            let mut arguments = vec![n; 13];
+            (arguments[3], arguments[5], arguments[8]) = (a, reals(&[1.0, 2.0]), Value::Real(1e-10));
+            let refused = call("dgelsy", &arguments).expect("known");
+            assert!(refused.is_err_and(|why| why.contains("not finite")));
+        }
+        let set = given("dgelsy", reals(&[]), reals(&[3.0]));
+        assert_eq!((numbers(&set[0].1), &set[1]), (vec![0.0], &(9, Value::Integer(0))));
     }
 }
