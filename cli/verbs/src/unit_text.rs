@@ -117,7 +117,11 @@ pub fn unit_text(
             names.join(", ")
         ));
     }
-    let class = identifier(&description.model);
+    let class = match purpose {
+        // Where the model stood within packages is nothing that a block among others needs.
+        Purpose::Block => identifier(description.model.rsplit('.').next().unwrap_or(&description.model)),
+        Purpose::Bench => identifier(&description.model),
+    };
     let kind = if purpose == Purpose::Block { "block" } else { "model" };
     let words = if description.description.is_empty() {
         format!("Unit of another tool in {file}")

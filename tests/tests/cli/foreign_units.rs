@@ -368,6 +368,20 @@ fn a_unit_is_a_block_in_a_loop() {
     }
 }
 
+/// A block is called by the last part of its model's name, whatever the packages around it and the file that it is written to.
+#[test]
+fn a_block_has_a_plain_name() {
+    let scratch = Scratch::new();
+    scratch.write("case.hyd", format!("package Plant\npackage Parts\n{MASS}end Parts;\nend Plant;\n"));
+    let arguments = ["build", "case.hyd", "--model", "Plant.Parts.Mass", "--fmu", "3.0", "-o", "case.fmu"];
+    let output = command(scratch.path(), &arguments).env("HYD_UNIT", library()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = block(&scratch, &["--read", "v"]);
+    assert!(text.starts_with("block Mass ") && text.ends_with("end Mass;\n"), "{text}");
+    scratch.write("unit.hyd", text + LOOP);
+    done(&run(scratch.path(), &["simulate", "unit.hyd", "--model", "Loop", "--result", "r.csv"]));
+}
+
 /// A parameter that the unit finds from another one follows it, unless the text says a value of its own.
 #[test]
 fn parameters_of_a_block_follow_those_that_they_come_of() {
