@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hyd_fmi::{Catalogue, Meaning};
 use hyd_payload::{Instance, Loaded};
 use hyd_runtime::{Exchange, Onward, Options};
-use hyd_system::{AssertionReport, Structure};
+use hyd_system::{AssertionReport, Source, Structure};
 
 use crate::fault::Fault;
 
@@ -97,6 +97,8 @@ pub(crate) struct Core {
     /// Outputs at the present point, if they are up to date.
     pub(crate) row: Vec<f64>,
     pub(crate) fresh: bool,
+    /// The real numbers that were asked for last, which most importers ask for again, and where they stand.
+    pub(crate) asked: (Vec<u32>, Vec<Source>),
     /// The model has ended the run: its message.
     pub(crate) ended: Option<String>,
     /// Warnings of a co-simulation that have been told.
@@ -132,6 +134,7 @@ impl Core {
             known: Arc::new(Known { loaded: loaded.clone(), catalogue, inputs, input_starts }),
             kind,
             manners,
+            asked: (Vec::new(), Vec::new()),
             mode: Mode::Instantiated,
             setup: Setup { start, stop: None, tolerance: None },
             system,

@@ -15,7 +15,7 @@ use crate::boundary::{
     Component, IntermediateUpdate, Log, Logger, StatusCode, Wish, enter, enter_again, free, give, instantiate, keep,
     read_text, release, saved, set_logging, slice, slice_mut, tell_event, tell_step,
 };
-use crate::core::{Kind, Manners, Setup};
+use crate::core::{Kind, Known, Manners, Setup};
 use crate::fault::{Fault, Status};
 use crate::stepping::Progress;
 use crate::values::Wanted;
@@ -132,24 +132,30 @@ fn get<T>(
     wanted: Wanted,
     convert: impl Fn(f64) -> Option<T>,
 ) -> StatusCode {
-    enter(handle, |component| {
-        let (references, values) = (slice(references, count)?, slice_mut(values, room)?);
-        let sizes = sizes(component, references, room)?;
-        let mut next = values.iter_mut();
-        for (&reference, size) in references.iter().zip(sizes) {
-            for value in component.core.values(reference, size, wanted)? {
-                let converted = convert(value);
-                let converted = converted.ok_or_else(|| {
-                    Fault::usage(format!("{value} of the variable {reference} does not fit its type"))
-                })?;
-                // There are as many as `sizes` has counted.
-                if let Some(place) = next.next() {
-                    *place = converted;
-                }
+    enter(handle, |component| get_each(component, slice(references, count)?, slice_mut(values, room)?, wanted, convert))
+}
+
+fn get_each<T>(
+    component: &mut Component,
+    references: &[Reference],
+    values: &mut [T],
+    wanted: Wanted,
+    convert: impl Fn(f64) -> Option<T>,
+) -> Result<(), Fault> {
+    let sizes = sizes(component, references, values.len())?;
+    let mut next = values.iter_mut();
+    for (&reference, size) in references.iter().zip(sizes) {
+        for value in component.core.values(reference, size, wanted)? {
+            let converted = convert(value);
+            let converted = converted
+                .ok_or_else(|| Fault::usage(format!("{value} of the variable {reference} does not fit its type")))?;
+            // There are as many as `sizes` has counted.
+            if let Some(place) = next.next() {
+                *place = converted;
             }
         }
-        Ok(())
-    })
+    }
+    Ok(())
 }
 
 /// How many values each reference stands for; their sum must be `room`.
@@ -194,7 +200,13 @@ pub extern "C" fn fmi3GetFloat64(
     values: *mut f64,
     room: usize,
 ) -> StatusCode {
-    get(handle, (references, count), (values, room), Wanted::Real, Some)
+    enter(handle, |component| {
+        let (list, out) = (slice(references, count)?, slice_mut(values, room)?);
+        match component.core.real_list(list, Known::size, out)? {
+            true => Ok(()),
+            false => get_each(component, list, out, Wanted::Real, Some),
+        }
+    })
 }
 
 #[unsafe(no_mangle)]

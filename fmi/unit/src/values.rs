@@ -3,7 +3,7 @@
 use hyd_fmi::Meaning;
 use hyd_system::{DaeSystem, Place, Settable, Source, ValueKind, VariableInfo};
 
-use crate::core::{Core, Engine, Mode};
+use crate::core::{Core, Engine, Known, Mode};
 use crate::fault::Fault;
 
 /// What a function of the interface reads or writes.
@@ -111,6 +111,48 @@ impl Core {
             Ok(if source.negated { -value } else { value })
         };
         range.iter().enumerate().map(value).collect()
+    }
+
+    /// The real numbers behind a list of numbers, of which each stands for `size` values, at a point; false where other than variables of the model
+    /// is asked for, or the start has not been found, which [`Core::values`] answers.
+    pub(crate) fn real_list(
+        &mut self,
+        references: &[u32],
+        size: impl Fn(&Known, u32) -> Option<usize>,
+        out: &mut [f64],
+    ) -> Result<bool, Fault> {
+        if self.mode == Mode::Instantiated {
+            return Ok(false);
+        }
+        if self.asked.0 != references {
+            self.asked.0.clear();
+            self.asked.1.clear();
+            let known = self.known.clone();
+            for &reference in references {
+                let Some(Meaning::Element(variable, first)) = known.catalogue.meaning(reference) else {
+                    return Ok(false);
+                };
+                let info = &known.loaded.model.tables.variables[variable];
+                let count = size(&known, reference).filter(|_| Wanted::Real.suits(&info.kind));
+                let sources = count.and_then(|count| info.sources.get(first..first + count));
+                let Some(sources) = sources else { return Ok(false) };
+                self.asked.1.extend_from_slice(sources);
+            }
+            self.asked.0.extend_from_slice(references);
+        }
+        if self.asked.1.len() != out.len() {
+            return Ok(false);
+        }
+        self.refresh()?;
+        for (out, source) in out.iter_mut().zip(&self.asked.1) {
+            let value = match source.place {
+                Place::Constant(value) => value,
+                Place::Parameter(k) => self.system.parameters()[k as usize],
+                Place::Output(k) => self.row[k as usize],
+            };
+            *out = if source.negated { -value } else { value };
+        }
+        Ok(true)
     }
 
     /// The time (s).
