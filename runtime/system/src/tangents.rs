@@ -57,6 +57,11 @@ pub trait Tangents {
     /// Derivatives of dependent parameters, start values and discrete variables at the start; call after `bind`.
     fn bind_tangent(&mut self, t0: f64);
 
+    /// Takes over the derivatives of the values that inputs were given ([`crate::Inputs::give_input`]), one block per input, for the
+    /// calls that follow up to the next `bind_tangent`; all are zero before the first call.  `jacobian_tangent` holds inputs as it holds
+    /// unknowns.
+    fn set_input_tangents(&mut self, values: &[f64]);
+
     /// Tangent of G(z) with `z` held, as many blocks as rows.
     fn initial_residual_tangent(&mut self, t0: f64, z: &[f64], out: &mut [f64]);
 

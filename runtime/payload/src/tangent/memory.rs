@@ -34,6 +34,8 @@ pub(crate) struct TangentMemory {
     /// Derivatives of discrete variables before a pass, and before a round of it.
     pub(super) before: Vec<f64>,
     pub(super) last: Vec<f64>,
+    /// Derivatives of the values that inputs were given; empty where nobody has said any.
+    given: Vec<f64>,
     /// Outputs that are looked at, if not all.
     wanted: Option<Vec<u32>>,
 }
@@ -92,6 +94,7 @@ impl TangentMemory {
             seeds,
             before: vec![0.0; discrete],
             last: vec![0.0; discrete],
+            given: Vec::new(),
             wanted: None,
             code,
         })
@@ -100,6 +103,26 @@ impl TangentMemory {
     /// Where the blocks of each area begin.
     pub(super) fn spaces(&self) -> Spaces {
         self.code.model.spaces
+    }
+
+    /// Takes over the derivatives of the values that inputs were given.
+    pub(super) fn give_inputs(&mut self, values: &[f64]) {
+        self.given.clear();
+        self.given.extend_from_slice(values);
+    }
+
+    /// Forgets them.
+    pub(super) fn forget_inputs(&mut self) {
+        self.given.clear();
+    }
+
+    /// Puts the derivatives of given inputs in their place, where there are some; the time is held.
+    pub(super) fn load_inputs(&mut self, first: u32) {
+        let given = std::mem::take(&mut self.given);
+        if !given.is_empty() {
+            self.put(first, &given);
+        }
+        self.given = given;
     }
 
     /// Takes over the derivatives of time, unknowns and rates; recorded inputs, at the time of the instance, move with time.
@@ -113,6 +136,10 @@ impl TangentMemory {
                 let block = self.blocks[first..first + self.width].iter_mut();
                 block.zip(along.t).for_each(|(to, dt)| *to = factor * dt);
             }
+        }
+        let first = area.inputs.start as usize * self.width;
+        for (to, given) in self.blocks[first..].iter_mut().zip(&self.given) {
+            *to += given;
         }
         let spaces = self.spaces();
         self.put(spaces.start(Area::Unknown, false), along.y);

@@ -91,6 +91,7 @@ impl Tangents for Instance {
         let mut tangents = self.take_tangents();
         self.set_time(t0, true);
         tangents.blocks.fill(0.0);
+        tangents.forget_inputs();
         tangents.sweep.outdated = true;
         for k in 0..tangents.seeds.len() {
             let (block, direction) = tangents.seeds[k];
@@ -109,6 +110,12 @@ impl Tangents for Instance {
         self.tangents = Some(tangents);
     }
 
+    fn set_input_tangents(&mut self, values: &[f64]) {
+        if let Some(tangents) = &mut self.tangents {
+            tangents.give_inputs(values);
+        }
+    }
+
     fn initial_residual_tangent(&mut self, t0: f64, z: &[f64], out: &mut [f64]) {
         let mut tangents = self.take_tangents();
         self.set_time(t0, true);
@@ -118,6 +125,7 @@ impl Tangents for Instance {
         self.partials(&mut tangents, Part::InitialResidual, point);
         let first = tangents.spaces().start(Area::Unknown, true) as usize * tangents.width;
         tangents.blocks[first..first + out.len()].fill(0.0);
+        tangents.load_inputs(self.loaded.model.area.inputs.start);
         tangents.chain(Part::InitialAssign, |rows| &rows.initial_assign, false);
         tangents.chain(Part::InitialResidual, |rows| &rows.initial_residual, false);
         tangents.get(tangents.spaces().start(Area::Out, true), out);
@@ -132,6 +140,7 @@ impl Tangents for Instance {
         self.run(self.loaded.model.routines.initial.assign, point, &mut [], &mut []);
         self.partials(&mut tangents, Part::InitialAssign, point);
         tangents.put(tangents.spaces().start(Area::Unknown, true), dz);
+        tangents.load_inputs(self.loaded.model.area.inputs.start);
         tangents.chain(Part::InitialAssign, |rows| &rows.initial_assign, false);
         let loaded = self.loaded.clone();
         let width = tangents.width;
