@@ -412,6 +412,11 @@ fn singular(
     values: (&[f64], &[f64]),
     problem: &mut Problem<'_>,
 ) -> SolveError {
+    if let FactorError::NotFinite { .. } = error
+        && let Some(failure) = problem.system.diagnose(time, values.0, values.1)
+    {
+        return SolveError::evaluation(stage, time, failure, problem);
+    }
     let (cause, row, column) = match error {
         FactorError::Singular { row, column } => (NewtonFailure::Singular { row, column }, row, column),
         FactorError::NotFinite { row, column } => (NewtonFailure::SlopeNotFinite { row, column }, row, column),
