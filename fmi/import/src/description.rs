@@ -172,6 +172,8 @@ pub struct Interface {
     pub directional: bool,
     /// It must be told of every step.
     pub needs_completed_steps: bool,
+    /// One process can hold one instance of it only.
+    pub once: bool,
     /// Steps of co-simulation may differ in length.
     pub variable_step: bool,
     /// It interpolates inputs by their slopes.
@@ -343,6 +345,7 @@ fn interface(root: Element<'_>, version: Version, name: &str) -> Result<Option<I
         needs_tool: own.flag("needsExecutionTool")?,
         directional: own.flag(if two { "providesDirectionalDerivative" } else { "providesDirectionalDerivatives" })?,
         needs_completed_steps: completed,
+        once: own.flag("canBeInstantiatedOnlyOncePerProcess")?,
         variable_step: own.flag("canHandleVariableCommunicationStepSize")?,
         interpolates: two && own.flag("canInterpolateInputs")?,
     }))

@@ -171,6 +171,11 @@ impl Driver {
         *start = (value.is_finite() && own.is_none_or(|own| own.start != [value])).then_some(value);
     }
 
+    /// What a start value is set by.
+    pub(crate) fn start_group(&self, position: usize) -> Option<&Group> {
+        self.starts.get(position).map(|(group, _)| group)
+    }
+
     /// The first parameter that was set to a value outside its limits, as a sentence.
     pub(crate) fn outside(&self) -> Option<String> {
         let set = self.layout.settings.iter().filter(|setting| setting.is_set);

@@ -25,10 +25,12 @@ use crate::followers::{Follower, next_jump, reach, samples_passed};
 use crate::host::{Counts, Host, Refusal};
 use crate::layout::Watched;
 use crate::protocol::{Operation, Update, values_of};
+use crate::twins::{LIKENESS, TwinHost};
 
 /// A unit for model exchange.
 pub struct Exchange {
-    driver: Driver,
+    pub(crate) driver: Driver,
+    pub(crate) twins: TwinHost,
     structure: Structure,
     instants: Instants,
     held: Vec<bool>,
@@ -36,7 +38,7 @@ pub struct Exchange {
     rates: Vec<f64>,
     start: Vec<f64>,
     indicators: Vec<f64>,
-    next: f64,
+    pub(crate) next: f64,
     ended: bool,
     completed: bool,
 }
@@ -93,6 +95,7 @@ impl Exchange {
             next: f64::INFINITY,
             ended: false,
             completed: interface.needs_completed_steps,
+            twins: TwinHost::new(!interface.once),
             driver,
         })
     }
@@ -163,7 +166,16 @@ impl Exchange {
 
     /// Entries of the Jacobian of rates and of what is watched by states and continuous inputs, on [`Exchange::whole`].
     pub(crate) fn derivatives(&mut self, t: f64, x: &[f64], entries: &mut [f64]) {
-        match self.ask(Operation::Jacobian, (t, x), false) {
+        self.slopes(Operation::Jacobian, (t, x), entries);
+    }
+
+    /// The same where entries of what is watched may have any value.
+    pub(crate) fn rate_derivatives(&mut self, t: f64, x: &[f64], entries: &mut [f64]) {
+        self.slopes(Operation::Slopes, (t, x), entries);
+    }
+
+    fn slopes(&mut self, operation: Operation, at: (f64, &[f64]), entries: &mut [f64]) {
+        match self.ask(operation, at, false) {
             Ok(mut reader) => reader.reals(entries),
             Err(_) => entries.fill(f64::NAN),
         }
@@ -201,7 +213,14 @@ impl Exchange {
     ) -> Result<crate::channel::Reader<'_>, Refusal> {
         self.driver.move_inputs(t);
         let (continuous, inputs) = (self.driver.continuous, &self.driver.input_values);
-        self.driver.remote.ask(operation, |writer: &mut Writer<'_>| {
+        // What is asked of a time that the unit has left behind is asked of its likeness, which comes behind.
+        let is_behind = self.twins.answers(operation, t);
+        let asked = if is_behind { Operation::Twin } else { operation };
+        self.driver.remote.ask(asked, |writer: &mut Writer<'_>| {
+            if is_behind {
+                writer.number(u64::from(LIKENESS));
+                writer.number(operation as u64);
+            }
             writer.real(t);
             writer.reals(&inputs[..continuous]);
             writer.reals(y);
@@ -307,6 +326,7 @@ impl DaeSystem for Exchange {
         let reason = |reason: String| EvalFailure { reason, ..EvalFailure::default() };
         self.driver.revive().map_err(|fault| reason(fault.to_string()))?;
         let beginning = self.driver.beginning(t0).map_err(reason)?;
+        self.twins.begin(&beginning);
         let mut update = Update::default();
         let started = self.driver.remote.ask(Operation::Start, |writer| beginning.write(writer)).map(|mut reader| {
             update.states_changed = reader.number() != 0;
@@ -517,6 +537,7 @@ impl Inputs for Exchange {
 
 impl Steps for Exchange {
     fn completed(&mut self, t: f64, y: &[f64]) -> Result<bool, EvalFailure> {
+        self.twins.completed_to = t;
         let told = self.ask(Operation::Completed, (t, y), false);
         let (event, terminate) = match told {
             Ok(mut reader) => (reader.number() != 0, reader.number() != 0),

@@ -179,6 +179,11 @@ impl Remote {
         Counts { calls: self.number }
     }
 
+    /// Words of data that a question or an answer may have.
+    pub(crate) fn room(&self) -> usize {
+        self.area().room()
+    }
+
     /// True if it has a process of its own.
     pub(crate) fn is_far(&self) -> bool {
         matches!(self.place, Place::Far(_))

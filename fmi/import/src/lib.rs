@@ -5,7 +5,8 @@
 //! co-simulation, which brings its own.  Foreign code never runs in this process: `host` starts another one, whose only task is
 //! [`serve`], and speaks with it over memory that both see (`area`, `channel`).  A crash or a hang there is a message here.
 //!
-//! [`Whole`] is a model that is written as text with units as blocks in it.
+//! [`Whole`] is a model that is written as text with units as blocks in it.  It knows derivatives by parameters: further instances of a unit
+//! have one a small step away (`twins`).
 //!
 //! What the interface has and this crate does not: clocks, scheduled execution, variables of type Binary, structural parameters other
 //! than as the unit has them.  A unit that needs them is refused with a sentence.
@@ -30,6 +31,7 @@ mod session;
 mod stepping;
 mod structure;
 mod terminals;
+mod twins;
 mod types;
 mod variables;
 mod whole;

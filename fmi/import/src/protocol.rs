@@ -34,16 +34,26 @@ pub(crate) enum Operation {
     End = 11,
     /// Point; rates, then values of what is watched.
     Watch = 12,
+    /// Number of a twin, an operation and its request; its answer.
+    Twin = 13,
+    /// Whether rates will do, number of calls, and for each that of a twin, whether a step has come to its point, and the point; for each
+    /// rates and, if they will not do, what is watched; an event is wanted, the end is wanted.
+    Twins = 14,
+    /// Point; entries of the Jacobian, where those of what is watched may have any value.
+    Slopes = 15,
 }
 
 impl Operation {
     pub(crate) fn of(number: u64) -> Option<Self> {
         use Operation::{
-            Completed, End, Event, Indicators, Jacobian, Load, Outputs, Parameters, Rates, Start, Step, Watch,
+            Completed, End, Event, Indicators, Jacobian, Load, Outputs, Parameters, Rates, Slopes, Start, Step, Twin,
+            Twins, Watch,
         };
-        [Load, Start, Rates, Jacobian, Indicators, Outputs, Event, Completed, Step, Parameters, End, Watch]
-            .into_iter()
-            .find(|operation| *operation as u64 == number)
+        let all = [
+            Load, Start, Rates, Jacobian, Indicators, Outputs, Event, Completed, Step, Parameters, End, Watch, Twin,
+            Twins, Slopes,
+        ];
+        all.into_iter().find(|operation| *operation as u64 == number)
     }
 }
 

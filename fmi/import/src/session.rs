@@ -14,6 +14,7 @@ use crate::fmi2::Two;
 use crate::fmi3::Three;
 use crate::foreign::{Foreign, Halt, c_text, messages};
 use crate::protocol::{Group, Operation, Setup, Update, values_of};
+use crate::twins::Twins;
 
 /// Updates of discrete states at one instant.
 const MOST_UPDATES: usize = 1000;
@@ -22,33 +23,34 @@ const STEP: f64 = 1.490_116_119_384_765_6e-8;
 
 /// A unit that was loaded.
 pub(crate) struct Session {
-    setup: Setup,
-    unit: Box<dyn Foreign>,
+    pub(crate) setup: Setup,
+    pub(crate) unit: Box<dyn Foreign>,
     /// There is an instance, and it has been used.
     is_instantiated: bool,
     /// The unit can be asked to end.
-    is_running: bool,
+    pub(crate) is_running: bool,
     /// Time, continuous inputs and states as the unit has them.
     point: Vec<f64>,
-    wanted: Vec<f64>,
+    pub(crate) wanted: Vec<f64>,
     has_point: bool,
     /// The unit knows that a step has come to its point.
-    knows_step: bool,
+    pub(crate) knows_step: bool,
     discrete: Vec<f64>,
     slopes: Vec<f64>,
     nominals: Vec<f64>,
-    rates: Vec<f64>,
+    pub(crate) rates: Vec<f64>,
     other: Vec<f64>,
     seed: Vec<f64>,
     entries: Vec<f64>,
     indicators: Vec<f64>,
     outputs: Vec<f64>,
     parameters: Vec<f64>,
-    watched: Vec<f64>,
+    pub(crate) watched: Vec<f64>,
     /// Where each column of the Jacobian stands in a point, and the size its steps are measured by.
     columns: Vec<(usize, f64)>,
     known: Vec<u32>,
     unknown: Vec<u32>,
+    pub(crate) twins: Twins,
 }
 
 impl Session {
@@ -89,6 +91,7 @@ impl Session {
             columns: columns(&setup),
             known: references(&setup.state_references, if by_inputs { &setup.inputs } else { &[] }),
             unknown: references(&setup.rate_references, &setup.watched),
+            twins: Twins::default(),
             setup,
         })
     }
@@ -112,14 +115,14 @@ impl Session {
                 self.unit.rates(&mut self.rates)?;
                 answer.reals(&self.rates);
             }
-            Operation::Jacobian => {
+            Operation::Jacobian | Operation::Slopes => {
                 self.read_point(request);
-                self.jacobian()?;
+                self.jacobian(operation == Operation::Jacobian)?;
                 answer.reals(&self.entries);
             }
             Operation::Watch => {
                 self.go_to_requested(request)?;
-                self.watch()?;
+                self.watch(true)?;
                 answer.reals(&self.rates);
                 answer.reals(&self.watched);
             }
@@ -171,13 +174,15 @@ impl Session {
                 answer.real(end.reached);
                 answer.number(u64::from(end.terminate));
             }
+            Operation::Twin => self.ask_twin(request, answer)?,
+            Operation::Twins => self.ask_twins(request, answer)?,
         }
         Ok(())
     }
 
     /// A new instance, with what is set before the start, brought to its start.
     fn start(&mut self, beginning: &Beginning) -> Result<Update, Halt> {
-        self.end();
+        self.end_instance();
         self.unit.instantiate(&self.setup)?;
         self.is_instantiated = true;
         for (group, values) in &beginning.values {
@@ -262,7 +267,7 @@ impl Session {
     }
 
     /// Tells the unit what has changed since the last point; units keep what they have computed where nothing has.
-    fn go_to_wanted(&mut self) -> Result<(), Halt> {
+    pub(crate) fn go_to_wanted(&mut self) -> Result<(), Halt> {
         let inputs = self.slopes.len();
         let fresh = !std::mem::replace(&mut self.has_point, false);
         self.knows_step &= !fresh;
@@ -285,16 +290,19 @@ impl Session {
         Ok(())
     }
 
-    /// Rates and what is watched, at the point where the unit stands.
-    fn watch(&mut self) -> Result<(), Halt> {
+    /// Rates and, where `all` is wanted, what is watched, at the point where the unit stands.
+    pub(crate) fn watch(&mut self, all: bool) -> Result<(), Halt> {
         if !self.rates.is_empty() {
             self.unit.rates(&mut self.rates)?;
         }
-        get(&mut *self.unit, &self.setup.watched, &mut self.watched)
+        match all {
+            true => get(&mut *self.unit, &self.setup.watched, &mut self.watched),
+            false => Ok(()),
+        }
     }
 
-    /// Entries of the Jacobian, some columns at a time.
-    fn jacobian(&mut self) -> Result<(), Halt> {
+    /// Entries of the Jacobian, some columns at a time; `all`: those of what is watched, too.
+    fn jacobian(&mut self, all: bool) -> Result<(), Halt> {
         self.go_to_wanted()?;
         let colours = self.setup.colours.count() as u32;
         if self.setup.directional {
@@ -307,7 +315,7 @@ impl Session {
             }
             return Ok(());
         }
-        self.watch()?;
+        self.watch(all)?;
         let (rates, watched) = (std::mem::take(&mut self.rates), std::mem::take(&mut self.watched));
         let at = [rates.as_slice(), &watched].concat();
         (self.rates, self.watched) = (rates, watched);
@@ -323,7 +331,7 @@ impl Session {
             for (&(place, _), step) in self.columns.iter().zip(&self.seed) {
                 self.wanted[place] += step;
             }
-            let found = self.go_to_wanted().and_then(|()| self.watch());
+            let found = self.go_to_wanted().and_then(|()| self.watch(all));
             for (&(place, _), step) in self.columns.iter().zip(&self.seed) {
                 self.wanted[place] -= step;
             }
@@ -346,8 +354,14 @@ impl Session {
         }
     }
 
-    /// Ends and frees the instance, if there is one.
+    /// Ends and frees all instances.
     pub(crate) fn end(&mut self) {
+        self.end_twins();
+        self.end_instance();
+    }
+
+    /// Ends and frees the instance, if there is one.
+    fn end_instance(&mut self) {
         if std::mem::replace(&mut self.is_running, false) {
             // What a unit says to this changes nothing any more.
             let _ = self.unit.terminate();
@@ -390,7 +404,7 @@ fn references(first: &[u32], groups: &[Group]) -> Vec<u32> {
     first.iter().chain(groups.iter().flat_map(|group| &group.references)).copied().collect()
 }
 
-fn nonsense() -> Halt {
+pub(crate) fn nonsense() -> Halt {
     Halt::Failed("the request makes no sense".to_string())
 }
 

@@ -42,6 +42,7 @@ mod study_names;
 #[cfg(unix)]
 mod study_units;
 mod sweeps;
+mod unit_derivatives;
 mod units;
 mod view;
 mod written_models;

@@ -166,16 +166,33 @@ fn step(value: f64, size: f64) -> f64 {
 }
 
 impl Whole {
-    /// Values of the Jacobian by states and by rates.
-    pub(super) fn jacobian_values(&mut self, t: f64, y: &[f64], yp: &[f64], states: &mut [f64], rates: &mut [f64]) {
+    /// Values of the Jacobian by states and by rates; with them what directions do to the rows of the text while the unknowns are held
+    /// (`forcing`), where that is wanted.
+    pub(super) fn jacobian_values(
+        &mut self,
+        t: f64,
+        (y, yp): (&[f64], &[f64]),
+        (states, rates): (&mut [f64], &mut [f64]),
+        forcing: Option<&mut [f64]>,
+    ) {
         let positions = std::mem::take(&mut self.positions);
         let n = self.sizes.unknowns;
+        // What nothing depends on need not be known of a unit for derivatives along directions.
+        let rates_will_do = forcing.is_some() && !self.reads_matter();
         states.fill(0.0);
         rates.fill(0.0);
         positions.ones.0.iter().for_each(|&at| states[at] = 1.0);
         positions.ones.1.iter().for_each(|&at| rates[at] = 1.0);
         self.tell_text(y);
-        self.text.jacobian(t, &y[..n], &yp[..n], &mut self.state_values, &mut self.rate_values);
+        let entries = (&mut self.state_values[..], &mut self.rate_values[..]);
+        match (forcing, self.text.tangents()) {
+            (Some(forcing), Some(tangents)) => {
+                let (states, rates) = (positions.text.0.len(), positions.text.1.len());
+                let entries = (&mut entries.0[..states], &mut entries.1[..rates]);
+                tangents.jacobian_tangent(t, &y[..n], &yp[..n], entries, forcing);
+            }
+            _ => self.text.jacobian(t, &y[..n], &yp[..n], entries.0, entries.1),
+        }
         for (&at, &value) in positions.text.0.iter().zip(&self.state_values) {
             states[at] = value;
         }
@@ -184,7 +201,10 @@ impl Whole {
         }
         for (part, own) in self.parts.iter_mut().zip(&positions.units) {
             part.tell(y);
-            part.unit.derivatives(t, &y[part.x.clone()], &mut part.entries);
+            match rates_will_do {
+                true => part.unit.rate_derivatives(t, &y[part.x.clone()], &mut part.entries),
+                false => part.unit.derivatives(t, &y[part.x.clone()], &mut part.entries),
+            }
             for &(at, k) in own {
                 states[at] -= part.entries[k];
             }
@@ -328,6 +348,11 @@ impl Whole {
             }
         }
         Ok(())
+    }
+
+    /// Rates or other unknowns depend on what is read of units.
+    pub(super) fn reads_matter(&self) -> bool {
+        self.sizes.unknowns > 0 || self.parts.iter().any(|part| !part.gives.is_empty())
     }
 
     fn give_text(&mut self, input: usize, value: f64) {

@@ -8,11 +8,14 @@
 //! So neither side knows of the other, and a loop through both is solved like any other loop of equations.  Derivatives of `f` and `g` are
 //! those of the unit (directional, or differences made in its process), those by `y` and of `h` are differences, because the text is
 //! cheap to evaluate.  Relations of a unit are its event indicators; it has an event wherever the text has one, and again where what
-//! it is given has jumped in that event.  A unit starts with what the text gives it at the start.
+//! it is given has jumped in that event.  A unit starts with what the text gives it at the start.  Derivatives by parameters stand in
+//! `tangents`.
 
 mod jacobian;
 mod start;
 mod system;
+mod tangents;
+mod twinned;
 mod wiring;
 
 use std::collections::BTreeSet;
@@ -26,6 +29,7 @@ use crate::exchange::Exchange;
 use crate::fault::Fault;
 use crate::host::Host;
 use jacobian::Positions;
+use tangents::Carried;
 pub use wiring::Wiring;
 
 /// One of the units.
@@ -51,6 +55,8 @@ struct Part {
     rates: Vec<f64>,
     watched: Vec<f64>,
     entries: Vec<f64>,
+    /// It had an event in the last pass; true if it wrote into its states there.
+    passed: Option<bool>,
 }
 
 /// Lengths of what the text and the units have together.
@@ -93,6 +99,7 @@ pub struct Whole {
     zp: Vec<f64>,
     state_values: Vec<f64>,
     rate_values: Vec<f64>,
+    carried: Option<Box<Carried>>,
 }
 
 impl Whole {

@@ -31,6 +31,7 @@ impl DaeSystem for Whole {
     }
 
     fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
+        self.carry_nothing();
         self.bind_all(t0)
     }
 
@@ -102,7 +103,7 @@ impl DaeSystem for Whole {
     }
 
     fn jacobian(&mut self, t: f64, y: &[f64], yp: &[f64], state_values: &mut [f64], rate_values: &mut [f64]) {
-        self.jacobian_values(t, y, yp, state_values, rate_values);
+        self.jacobian_values(t, (y, yp), (state_values, rate_values), None);
     }
 
     fn roots(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
@@ -154,6 +155,7 @@ impl DaeSystem for Whole {
                 EventPhase::Iterate | EventPhase::Started if part.is_unsettled(t, y) => part.event(t, y)?,
                 EventPhase::Iterate | EventPhase::Started | EventPhase::Repeat => continue,
             };
+            part.passed = (phase != EventPhase::Initial).then_some(own.reinitialised);
             change.by_inputs &= !own.changed;
             change.changed |= own.changed;
             change.reinitialised |= own.reinitialised;
@@ -188,6 +190,10 @@ impl DaeSystem for Whole {
 
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {
         let n = self.sizes.unknowns;
+        if let Some(reason) = self.why_lost() {
+            let reason = format!("derivatives by parameters are not known: {reason}");
+            return Some(EvalFailure { reason, ..EvalFailure::default() });
+        }
         for part in &mut self.parts {
             part.tell(y);
             if let Some(failure) = part.unit.diagnose(t, &y[part.x.clone()], &[]) {
@@ -233,7 +239,7 @@ impl DaeSystem for Whole {
     }
 
     fn tangents(&mut self) -> Option<&mut dyn Tangents> {
-        None
+        if self.has_tangents() { Some(self) } else { None }
     }
 }
 
@@ -292,6 +298,10 @@ impl Steps for Whole {
             if let Some(steps) = part.unit.steps() {
                 event |= steps.completed(t, &y[part.x.clone()])?;
             }
+        }
+        if event && self.is_carrying() {
+            // Its instant is that of a step, which says nothing of how it moves.
+            self.lose("the unit asks for an event at a step");
         }
         Ok(event)
     }

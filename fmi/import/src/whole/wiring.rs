@@ -94,6 +94,7 @@ pub(super) fn join(text: Box<dyn DaeSystem>, units: &[(Unit, Wiring)], host: &Ho
         zp: vec![0.0; n],
         state_values: vec![0.0; states.max(own.initial.pattern.entries())],
         rate_values: vec![0.0; rates],
+        carried: None,
         text,
         parts,
     })
@@ -173,6 +174,7 @@ fn part(
         rates: vec![0.0; states],
         watched: vec![0.0; crate::protocol::values_of(&watched.groups)],
         entries: vec![0.0; entries],
+        passed: None,
         unit: exchange,
     })
 }
