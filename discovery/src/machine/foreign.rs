@@ -1,7 +1,7 @@
 //! Units of other tools that are blocks of a model: whoever opens a study knows their files and runs them.
 //!
-//! A machine joins the system of a text with that of its units.  Their insides cannot be looked at: derivatives by parameters are
-//! differences of whole runs (`machine`), and no term is added to an equation inside.
+//! A machine joins the system of a text with that of its units.  Their insides cannot be looked at: derivatives by parameters are those that
+//! the joined system knows, else differences of whole runs (`machine`), and no term is added to an equation inside.
 
 use std::sync::Arc;
 

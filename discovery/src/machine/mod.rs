@@ -140,7 +140,10 @@ impl Machine {
             let grid = Grid::new(sources.clone(), limits.clone(), numbers);
             Mutex::new(Worker { system, simulator, grid })
         };
-        let workers = (0..threads.max(1)).map(|_| make().map(worker)).collect::<Result<Vec<_>, Fault>>()?;
+        // Systems with units are dear: each has a process of its own.
+        let others = (1..threads.max(1)).map(|_| make());
+        let systems = std::iter::once(Ok(system)).chain(others);
+        let workers = systems.map(|made| made.map(worker)).collect::<Result<Vec<_>, Fault>>()?;
         Ok(Self {
             tables,
             nominal,
@@ -308,12 +311,21 @@ impl Machine {
         places: &[ParameterPlace],
         job: &Job,
     ) -> Result<Derived, (Fault, bool)> {
-        if worker.system.tangents().is_some() || job.derived.is_empty() || self.blocks().is_empty() {
-            return self.run_once(worker, span, places, (&job.values, job.span), &job.derived);
+        let is_apart = !self.blocks().is_empty();
+        let is_carried = worker.system.tangents().is_some();
+        let finer = self.tolerance.min(DIFFERENCE_TOLERANCE);
+        if is_carried || job.derived.is_empty() || !is_apart {
+            let tolerance = if is_apart && !is_carried { finer } else { self.tolerance };
+            let ran = self.run_once(worker, span, places, (&job.values, job.span), &job.derived, tolerance);
+            let is_known = |(_, by): &Derived| by.iter().flatten().flatten().all(|value| value.is_finite());
+            // What the twins of a unit cannot say, differences of runs can.
+            if job.derived.is_empty() || !is_apart || ran.as_ref().is_ok_and(is_known) {
+                return ran;
+            }
         }
         // Differences over steps to both sides, which cancel what is even in the step; runs are as much more exact as the steps are small.
         let mut values = job.values.clone();
-        let (at, _) = self.run_once(worker, span, places, (&values, job.span), &[])?;
+        let (at, _) = self.run_once(worker, span, places, (&values, job.span), &[], finer)?;
         let mut derivatives = Vec::with_capacity(job.derived.len());
         for &place in &job.derived {
             let value = values[place];
@@ -322,7 +334,7 @@ impl Machine {
             let (before, after) = ((value - away).max(low), (value + away).min(high));
             let mut run = |changed: f64| {
                 values[place] = changed;
-                let ran = self.run_once(worker, span, places, (&values, job.span), &[]);
+                let ran = self.run_once(worker, span, places, (&values, job.span), &[], finer);
                 values[place] = value;
                 ran.map(|(channels, _)| channels)
             };
@@ -342,6 +354,7 @@ impl Machine {
         places: &[ParameterPlace],
         (values, shot): (&[f64], usize),
         derived: &[usize],
+        tolerance: f64,
     ) -> Result<Derived, (Fault, bool)> {
         let Worker { system, simulator, grid } = worker;
         let system = &mut **system;
@@ -354,11 +367,7 @@ impl Machine {
         }
         // Waves that run to and fro in delay lines keep the steps short; they are compared with noise, not with each other.
         let waves = self.delays;
-        let tolerance = match (waves, self.blocks().is_empty()) {
-            (true, _) => self.tolerance.max(WAVE_TOLERANCE),
-            (false, false) => self.tolerance.min(DIFFERENCE_TOLERANCE),
-            (false, true) => self.tolerance,
-        };
+        let tolerance = if waves { tolerance.max(WAVE_TOLERANCE) } else { tolerance };
         let mut options = Options::new(span.start, span.stop).with_tolerance(tolerance);
         options.suppress_algebraic = waves;
         options.intervals = span.intervals;

@@ -28,6 +28,7 @@ mod schema;
 mod shared;
 mod slow;
 mod thinned;
+mod unit;
 
 use std::fmt::Write as _;
 use std::fs;
