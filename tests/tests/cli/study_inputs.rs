@@ -113,7 +113,7 @@ fn a_fit_finds_the_parameters_behind_recorded_inputs() {
     }
 }
 
-/// A unit of the model in place of its text, whose derivatives are differences of runs.
+/// A unit of the model in place of its text, through which derivatives are carried by further instances.
 #[cfg(unix)]
 #[test]
 fn a_fit_of_a_unit_finds_the_parameters() {
