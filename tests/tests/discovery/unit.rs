@@ -1,7 +1,6 @@
-//! The drive as a unit of which nobody sees the equations, on recorded sets of another simulator: what can be seen from outside is named as it is
-//! for the text, and it is fitted as the text is.
+//! The drive as a unit of which nobody sees the equations, on a recorded set of another simulator: it is fitted as its text is.
 //!
-//! The sets are those of `recorded`, with a quarter of their samples.  What stands inside of the unit (the supply line of set B02) cannot be named.
+//! The set is one of `recorded`, with a quarter of its samples.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,13 +37,6 @@ fn study_of(file: &str, class: &str) -> String {
     format!("{}[models]\nnominal = \"{class}\"\n\n[{after}", before.replace("drive.hyd", file))
 }
 
-/// The report of a search.
-fn searched(folder: &Path, set: &str) -> (Value, String) {
-    let bench = thinned(folder, &format!("bench/{set}"), EVERY);
-    let said = hyd(folder, &["discover", "study.toml", "--bench", &bench, "--report", "."]);
-    (json(&fs::read_to_string(folder.join("report.json")).expect("written")), said)
-}
-
 /// A folder with the unit of the drive and its study.
 fn drive(name: &str) -> PathBuf {
     let folder = folder(name);
@@ -72,17 +64,4 @@ fn the_unit_of_the_drive_is_fitted_as_its_text() {
         let ratio = number(own, "sd_error") / error;
         assert!((0.98..1.02).contains(&ratio), "{}: {ratio}", own["name"]);
     }
-}
-
-#[test]
-#[ignore = "takes minutes; tests/long_searches runs it"]
-fn a_late_trigger_of_a_unit_is_named() {
-    let (report, said) = searched(&drive("unit-late"), "B06");
-    assert_eq!(report["status"], "sensor", "{said}");
-    let effects = report["effects"].as_array().expect("a list");
-    assert_eq!(effects.len(), 1, "{said}");
-    assert_eq!(effects[0]["id"], "late_trigger", "{said}");
-    let parameters = effects[0]["parameters"].as_object().expect("numbers");
-    let size = parameters.values().next().and_then(|own| own["value"].as_f64()).expect("a number");
-    assert!((size - 0.35e-3).abs() < 3e-5, "{size:e}");
 }
