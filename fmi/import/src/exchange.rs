@@ -535,6 +535,13 @@ impl Inputs for Exchange {
     }
 }
 
+impl Exchange {
+    /// The unit asks to be told of steps, and may remember them.
+    pub(crate) fn is_told_of_steps(&self) -> bool {
+        self.completed
+    }
+}
+
 impl Steps for Exchange {
     fn completed(&mut self, t: f64, y: &[f64]) -> Result<bool, EvalFailure> {
         self.twins.completed_to = t;

@@ -88,7 +88,7 @@ impl Session {
 
 /// What the side of the solver keeps of twins.
 pub(crate) struct TwinHost {
-    /// The unit may have several instances in a process.
+    /// The unit may have several instances in a process, and none of them has cost it.
     are_possible: bool,
     /// The likeness has been started in this run.
     is_alike: bool,

@@ -240,6 +240,66 @@ end Around;
     within: (1e-5, 1e-4),
 };
 
+/// An event comes before the parameter of the text has moved what the unit is given by anything to speak of.
+const EARLY: Case = Case {
+    part: "model Part
+  input Real u(start = 1);
+  output Real x(start = 0.1, fixed = true);
+  output Real y = x^2 + u^2;
+equation
+  der(x) = u - x;
+end Part;
+",
+    around: "model Around
+  parameter Real g = 1;
+  Part part;
+  Real a(start = 0, fixed = true);
+  Real b(start = 0, fixed = true);
+equation
+  der(a) = g;
+  der(b) = if time > 0.002 then 1 else 0;
+  part.u = 1 + a^3;
+  annotation(experiment(StopTime = 2, Tolerance = 1e-8));
+end Around;
+",
+    read: &[],
+    by: &[("g", 1.0)],
+    of: &["part.x", "part.y"],
+    within: (1e-5, 1e-4),
+};
+
+#[test]
+fn a_parameter_that_has_hardly_acted_at_an_event_has_its_derivatives() {
+    check(&EARLY, "3.0", true);
+}
+
+/// A twin that refuses its parameter in the middle of a run ends the run with a message; the unit by itself runs.
+#[test]
+fn a_twin_that_fails_is_said_to() {
+    let case = Case {
+        part: "model Part
+  parameter Real p = 2;
+  output Real x(start = 0.1, fixed = true);
+equation
+  der(x) = p - x;
+  assert(time < 0.5 or p < 2.0000001, \"p is too large\");
+end Part;
+",
+        around: "model Around
+  Part part(p = 2);
+  annotation(experiment(StopTime = 1));
+end Around;
+",
+        ..EARLY
+    };
+    let scratch = built(&case, "2.0");
+    for here in [true, false] {
+        let said = simulate(&scratch, "unit.hyd", &["--sensitivity", "part.p"], here).unwrap_err();
+        assert!(said.starts_with("error") && said.contains("parameter"), "{said}");
+        assert!(simulate(&scratch, "unit.hyd", &[], here).is_ok());
+    }
+}
+
 #[test]
 fn derivatives_through_a_smooth_unit_are_those_of_its_text() {
     check(&SMOOTH, "3.0", true);

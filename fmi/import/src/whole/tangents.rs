@@ -6,8 +6,9 @@
 
 use hyd_system::{Along, DaeSystem, Direction, DirectionError, EventPhase, Place, Tangents};
 
-use super::twinned::{Lost, Moved, Twinned};
+use super::twinned::{Lost, Moved, Twinned, refused};
 use super::{Part, Whole};
+use crate::host::Refusal;
 
 /// Directions, and what is known along them.
 #[derive(Default)]
@@ -24,7 +25,13 @@ pub(super) struct Carried {
     row: Vec<f64>,
     /// Nothing moves: blocks for time and all unknowns.
     still: Vec<f64>,
+    /// Derivatives of residuals that have been asked for.
+    asked: u32,
 }
+
+/// Units that are told of steps are compared with their likenesses once in so many derivatives of residuals, of which a step takes one or
+/// two.
+const COMPARED: u32 = 8;
 
 impl Carried {
     fn width(&self) -> usize {
@@ -50,9 +57,14 @@ fn moved<'a>(part: &Part, along: Along<'a>, width: usize) -> Moved<'a> {
 }
 
 impl Whole {
-    /// All units can have twins, and the text knows its derivatives.
+    /// All units can have twins, and the text knows its derivatives.  Where directions have been set it stays so: a twin that costs the process
+    /// in the middle of a run makes derivatives unknown, and those of later runs.
     pub(super) fn has_tangents(&mut self) -> bool {
-        self.parts.iter().all(|part| part.unit.may_have_twins()) && self.text.tangents().is_some()
+        self.carried.is_some() || self.can_have_twins() && self.text.tangents().is_some()
+    }
+
+    fn can_have_twins(&self) -> bool {
+        self.parts.iter().all(|part| part.unit.may_have_twins())
     }
 
     /// No derivatives are carried along with the next run.
@@ -376,6 +388,10 @@ impl Tangents for Whole {
             own.text_tangents().bind_tangent(t0);
             own.text_tangents().parameters_tangent(&mut carried.by_parameters);
             (carried.is_active, carried.lost) = (true, None);
+            if !own.can_have_twins() {
+                carried.note(Err(refused(Refusal::Lost)));
+                return;
+            }
             let mut units = std::mem::take(&mut carried.units);
             for (part, unit) in own.parts.iter_mut().zip(&mut units) {
                 part.passed = None;
@@ -407,6 +423,11 @@ impl Tangents for Whole {
         let n = self.sizes.unknowns;
         self.carry(|own, carried| {
             let width = carried.width();
+            carried.asked += 1;
+            // A unit that follows its steps leaves its likeness behind, with or without events.
+            if carried.asked.is_multiple_of(COMPARED) && own.parts.iter().any(|part| part.unit.is_told_of_steps()) {
+                own.compare_units(carried, t, y);
+            }
             own.tell_text(y);
             own.tell_tangents(carried, along.y);
             let of_text = own.of_text(along, width);

@@ -22,10 +22,14 @@ const STEP: f64 = 1e-6;
 /// Times below this count as much (s), and steps of time are smaller than others by the second number, because few things change with the time
 /// itself as slowly as a run lasts.
 const TIME: (f64, f64) = (1e-3, 1e-3);
+/// A step that stays for a run moves states and inputs by no more than this part of their largest or nominal values.
+const FARTHEST: f64 = 1e-3;
 /// Next events of a unit and its twin differ by less than this part of their time, else they are not the same event.
 const NEXT: f64 = 1e-3;
 /// Where a twin has not quite come to its event, it is asked so much later, as parts of its time: far less than what its step moves.
 const LATER: [f64; 4] = [0.0, 1e-14, 1e-13, 1e-12];
+/// Numbers of one unit that has not been disturbed differ by less, relative; and the start is looked at so far beside it.
+const EQUAL: f64 = 1e-9;
 /// The unit and its likeness differ by less than this part of their largest values.
 const ALIKE: f64 = 1e-6;
 
@@ -84,7 +88,7 @@ fn said<T>(sentence: &str) -> Result<T, Lost> {
     Err(Lost::Always(sentence.to_string()))
 }
 
-fn refused(refusal: Refusal) -> Lost {
+pub(super) fn refused(refusal: Refusal) -> Lost {
     match refusal {
         Refusal::Discarded => Lost::Here,
         Refusal::Lost => Lost::Always("an instance of the unit with another parameter ends its process".to_string()),
@@ -150,7 +154,11 @@ impl Twinned {
                 own.iter().all(|(_, v, slope, (low, high), _)| (*low..=*high).contains(&(v + step * slope)))
             };
             if own.is_empty() {
-                step = 0.0;
+                // What moves the inputs only has hardly begun to do so at an early event: its own size says how far it may go.
+                step = match *direction {
+                    Direction::Parameter(at) => STEP * parameters[at as usize].abs(),
+                    _ => 0.0,
+                };
             } else if !fits(step) && fits(-step) {
                 step = -step;
             }
@@ -222,7 +230,7 @@ impl Twinned {
 
     /// What the first instance says near its start.
     fn probe(&self, part: &mut Part, t0: f64) -> Vec<f64> {
-        let near: Vec<f64> = part.unit.start().iter().map(|own| own * (1.0 + 1e-9)).collect();
+        let near: Vec<f64> = part.unit.start().iter().map(|own| own * (1.0 + EQUAL)).collect();
         let given = part.settled.clone();
         super::give(&mut part.unit, &part.gives, &given);
         let mut found = vec![0.0; part.rates.len() + part.watched.len()];
@@ -265,10 +273,13 @@ impl Twinned {
         for k in 0..width {
             let own = self.twins[k].as_ref();
             let (number, step) = own.map_or((LIKENESS, 0.0), |twin| (twin.number, twin.step));
-            let step = if step == 0.0 {
-                moved.map_or(0.0, |own| self.step_along(part, (t, unknowns), own, (k, width)))
-            } else {
-                step
+            let step = match moved {
+                Some(moved) if step == 0.0 => self.step_along(part, (t, unknowns), moved, (k, width)),
+                Some(moved) => {
+                    self.is_small(part, unknowns, moved, (k, width, step))?;
+                    step
+                }
+                None => step,
             };
             let completed = passed && number != LIKENESS;
             if step != 0.0 || completed {
@@ -295,6 +306,26 @@ impl Twinned {
             blocks.zip(slopes).for_each(|(block, slope)| block[k] = slope);
         }
         Ok(())
+    }
+
+    /// A twin's step moves what its unit is asked at by no more than a small part of its size, else its answers are no derivatives.
+    fn is_small(
+        &self,
+        part: &Part,
+        unknowns: &[f64],
+        moved: Moved<'_>,
+        (k, width, step): (usize, usize, f64),
+    ) -> Result<(), Lost> {
+        let mut nominals = vec![0.0; part.x.len()];
+        part.unit.nominals(&mut nominals);
+        let states = self.largest.iter().zip(&nominals).map(|(largest, nominal)| largest.max(nominal.abs()));
+        let given = unknowns[part.w.clone()].iter().zip(&part.nominals.1);
+        let given = given.map(|(value, nominal)| value.abs().max(nominal.abs()));
+        let slopes = moved.x.chunks_exact(width).chain(moved.w.chunks_exact(width)).map(|block| block[k]);
+        if states.chain(given).zip(slopes).all(|(size, slope)| (step * slope).abs() <= FARTHEST * size) {
+            return Ok(());
+        }
+        said("a direction moves the unit by so much more than its parameter that differences are no derivatives")
     }
 
     /// Adds a question to the list.
@@ -376,7 +407,12 @@ impl Twinned {
             let k = k - 1;
             let own = self.twins[k].as_ref();
             let (number, step) = own.map_or((LIKENESS, 0.0), |twin| (twin.number, twin.step));
-            let step = if step == 0.0 { self.step_along(part, at, moved, (k, width)) } else { step };
+            let step = if step == 0.0 {
+                self.step_along(part, at, moved, (k, width))
+            } else {
+                self.is_small(part, at.1, moved, (k, width, step))?;
+                step
+            };
             if step == 0.0 {
                 continue;
             }
@@ -421,7 +457,11 @@ impl Twinned {
             }
         }
         let sizes = &self.largest[n..];
-        let close = |((a, b), size): ((&f64, &f64), &f64)| (a - b).abs() <= ALIKE * size.max(a.abs()).max(b.abs());
+        let close = |((a, b), size): ((&f64, &f64), &f64)| {
+            a.to_bits() == b.to_bits()
+                || (a.is_nan() && b.is_nan())
+                || (a - b).abs() <= ALIKE * size.max(a.abs()).max(b.abs())
+        };
         if own.iter().zip(&other).zip(sizes).all(close) {
             return Ok(());
         }
@@ -457,6 +497,11 @@ impl Twinned {
             let Some(twin) = twin else { continue };
             if twin.step == 0.0 {
                 twin.step = self.step_along(part, (t, unknowns), moved, (k, width));
+            } else {
+                done = self.is_small(part, unknowns, moved, (k, width, twin.step));
+                if done.is_err() {
+                    break;
+                }
             }
             let own_event =
                 Own { k, due: due.then_some((before, twin.next)), width, held: &own_held, alike, t, unknowns };
@@ -555,7 +600,7 @@ fn differs_in_time(a: f64, b: f64) -> bool {
 fn agree(a: &[f64], b: &[f64]) -> bool {
     let size = a.iter().filter(|value| value.is_finite()).fold(0.0f64, |most, value| most.max(value.abs()));
     let close = |(a, b): (&f64, &f64)| {
-        a.to_bits() == b.to_bits() || (a - b).abs() <= 1e-9 * a.abs().max(1e-6 * size) || (a.is_nan() && b.is_nan())
+        a.to_bits() == b.to_bits() || (a - b).abs() <= EQUAL * a.abs().max(ALIKE * size) || (a.is_nan() && b.is_nan())
     };
     a.iter().zip(b).all(close)
 }
