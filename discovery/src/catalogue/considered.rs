@@ -29,7 +29,10 @@ impl Candidate {
         let mut places = workshop.places()?;
         if places.is_empty() {
             // A model that says nothing of places has them all the same.
-            places = found(setup, workshop)?;
+            let asks = |id: &str| effects.iter().any(|effect| effect.at.iter().flatten().any(|own| **own == *id));
+            let sentences;
+            (places, sentences) = found(setup, workshop, &asks)?;
+            sentences.iter().for_each(|sentence| warn(sentence));
             without_balance(setup, workshop, &places).iter().for_each(|sentence| warn(sentence));
             unpaired(setup, &effects).iter().for_each(|sentence| warn(sentence));
         }

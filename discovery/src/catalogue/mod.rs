@@ -6,6 +6,7 @@
 
 pub(crate) mod considered;
 pub(crate) mod door;
+mod exchanged;
 pub(crate) mod natural;
 pub(crate) mod places;
 pub(crate) mod same_ids;

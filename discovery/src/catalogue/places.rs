@@ -12,6 +12,7 @@ use hyd_compiler::{Balance, Command, Opening, balances, commands, opened};
 use hyd_system::Tables;
 
 use crate::catalogue::door::{Door, End, Law};
+use crate::catalogue::exchanged::{Store, between};
 use crate::catalogue::{Effect, SCALE, Site};
 use crate::data::ChannelInfo;
 use crate::machine::Machine;
@@ -25,12 +26,6 @@ const SENSOR: &str = "sensor";
 const PAIR: &str = "sensor_pair";
 /// Beyond so many channels pairs of them are not tried: there are as many as the square of that.
 const MOST_PAIRED: usize = 8;
-/// Beyond so many balances of one kind nothing is tried between two of them, for the same reason.
-const MOST_EXCHANGING: usize = 8;
-/// What drives an exchange: by how much more the first of two balances stores than the second.
-const DIFFERENCE: &str = "d";
-/// What an exchange gives; under the same name its sizes ask for what changes the first balance.
-const EXCHANGED: &str = "y";
 /// Id of the place that the trigger of a unit is.
 const MOVED: &str = "trigger_moved";
 /// Id of the place that a course in time is.
@@ -54,6 +49,8 @@ struct Kind {
     pair: Option<&'static str>,
     /// Adapter, its connector, and how connectors of components are called with their flow.
     adapter: Option<(&'static str, &'static str, &'static str)>,
+    /// The potential of such a connector that drives flows, where it is not what is stored.
+    potential: Option<&'static str>,
 }
 
 const KINDS: [Kind; 5] = [
@@ -66,6 +63,7 @@ const KINDS: [Kind; 5] = [
         law: ("v", "F", "F"),
         pair: Some("force_pair"),
         adapter: Some(("Hyd.Places.ForceAt", "flange", "f")),
+        potential: None,
     },
     Kind {
         id: "voltage",
@@ -76,6 +74,7 @@ const KINDS: [Kind; 5] = [
         law: ("i", "u_L", "u"),
         pair: None,
         adapter: None,
+        potential: None,
     },
     Kind {
         id: "current",
@@ -86,6 +85,7 @@ const KINDS: [Kind; 5] = [
         law: ("u", "i_C", "i"),
         pair: Some("current_pair"),
         adapter: None,
+        potential: None,
     },
     Kind {
         id: "heat",
@@ -96,6 +96,7 @@ const KINDS: [Kind; 5] = [
         law: ("T", "Q_C", "Q"),
         pair: Some("heat_pair"),
         adapter: Some(("Hyd.Places.HeatAt", "port", "Q_flow")),
+        potential: Some("T"),
     },
     // The last one takes what no other does.
     Kind {
@@ -107,29 +108,36 @@ const KINDS: [Kind; 5] = [
         law: ("h", "q_C", "q"),
         pair: Some("flow_pair"),
         adapter: Some(("Hyd.Places.FlowAt", "port", "q")),
+        potential: Some("p"),
     },
 ];
 
-/// The places of a model that declares none.
+/// The places of a model that declares none, and sentences on what is no place; `asks` says whether any effect takes places of an id.
 ///
 /// # Errors
 /// When the base model cannot be translated.
-pub(crate) fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>, Fault> {
+pub(crate) fn found(
+    setup: &Setup,
+    workshop: &Workshop<'_>,
+    asks: &dyn Fn(&str) -> bool,
+) -> Result<(Vec<Site>, Vec<String>), Fault> {
     let base = setup.machine(workshop.translate(&[])?)?;
     let sites = workshop.injection_sites(&[], base.channel_names());
     let mut found: Vec<Site> = Vec::new();
-    let mut units: Vec<[Arc<str>; 2]> = Vec::new();
+    let mut stores: Vec<Store> = Vec::new();
     for balance in balances(&sites) {
         let is_new = |site: &Site| found.iter().all(|known| known.path != site.path);
         if let Some(site) = place(&balance, &base, workshop, &found).filter(is_new) {
-            let stored =
-                base.tables().find(&site.path).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone());
-            units.push([stored, balance.site.unit.as_deref().unwrap_or_default().into()]);
+            stores.push(store(&balance, &site, base.tables()));
             found.push(site);
         }
     }
-    let exchanges = exchanges(&found, &units);
-    found.extend(exchanges);
+    let mut sentences = Vec::new();
+    for (kind, pair) in KINDS.iter().filter_map(|kind| Some((kind, kind.pair?))).filter(|(_, pair)| asks(pair)) {
+        let (sites, said) = between(&stores, (kind.id, pair));
+        found.extend(sites);
+        sentences.extend(said);
+    }
     for own in commands(&workshop.preamble, &workshop.class) {
         let site = command(own, workshop, &found);
         found.extend(site);
@@ -156,47 +164,28 @@ pub(crate) fn found(setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>,
         scales: vec![("u".into(), channel.expression.clone())],
     }));
     found.extend(pairs(setup, workshop));
-    Ok(found)
+    Ok((found, sentences))
 }
 
-/// Every two balances of one kind between which something may pass that no equation has: what comes into the one is taken from the other.
-/// `units` are those of what each stores and of its equation, which must be the same; none where there are too many.
-fn exchanges(balances: &[Site], units: &[[Arc<str>; 2]]) -> Vec<Site> {
-    let mut found = Vec::new();
-    for kind in &KINDS {
-        let Some(pair) = kind.pair else { continue };
-        let own: Vec<(&Site, _)> = balances.iter().zip(units).filter(|(site, _)| *site.id == *kind.id).collect();
-        if own.len() > MOST_EXCHANGING {
-            continue;
-        }
-        for (k, (one, units)) in own.iter().enumerate() {
-            let others = own[k + 1..].iter().filter(|(_, others)| others == units);
-            found.extend(others.filter_map(|(other, _)| exchange(kind, pair, (one, other))));
-        }
-    }
-    found
-}
-
-/// The place that two balances of one kind are.
-fn exchange(kind: &Kind, id: &str, (one, other): (&Site, &Site)) -> Option<Site> {
-    let end = |site: &Site| match &site.door {
-        Door::Balance { end, .. } => Some(end.clone()),
-        _ => None,
+/// What is known of a balance for what may pass between it and another one.
+fn store(balance: &Balance, site: &Site, tables: &Tables) -> Store {
+    let path = &balance.site.path;
+    let full = |name: &String| if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+    let kind = KINDS.iter().find(|kind| *kind.id == *site.id);
+    let driver = match (site.door.ends(), kind.and_then(|kind| kind.potential)) {
+        ([End::Connector { connector, .. }], Some(potential)) => format!("{connector}.{potential}"),
+        _ => site.path.clone(),
     };
-    let ends = [end(one)?, end(other)?];
-    let changed = one.scales.iter().find(|(name, _)| name == kind.law.1)?.1.clone();
-    let (a, b) = (&one.path, &other.path);
-    let difference = format!("{a} - {b}");
-    Some(Site {
-        id: id.into(),
-        path: format!("{a} and {b}"),
-        words: Arc::from(format!("{}: between those of {a} and {b}", kind.words)),
-        channel: None,
-        file: one.file.clone(),
-        line: one.line,
-        scales: vec![(DIFFERENCE.into(), difference.clone()), (EXCHANGED.into(), changed)],
-        door: Door::Exchange { ends, law: Law { inputs: vec![(DIFFERENCE, Some(difference))], output: EXCHANGED } },
-    })
+    let unit = tables.find(&driver).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone());
+    let flow = kind.map_or("", |kind| kind.law.1);
+    Store {
+        site: site.clone(),
+        driver,
+        units: [unit, balance.site.unit.as_deref().unwrap_or_default().into()],
+        storage: site.scales.iter().find(|(name, _)| name == flow).map_or_else(String::new, |(_, text)| text.clone()),
+        is_bare: balance.storage.trim_start_matches(['-', '+', ' ']) == balance.rate,
+        mentions: balance.mentions.iter().map(full).collect(),
+    }
 }
 
 /// Every channel that may hear another one; none where there are too many.

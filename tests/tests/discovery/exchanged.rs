@@ -104,3 +104,46 @@ end Plates;
     };
     names(&bench, "named", "heat_bridge", "T_1 and T_2", &[("k", 0.6)]);
 }
+
+/// The plate that nothing heats comes first, and is at rest in the model that lacks the bridge.
+#[test]
+fn a_bridge_to_a_body_at_rest() {
+    let bench = Bench {
+        name: "rest",
+        model: "model Plates
+  parameter Real C_1(unit = \"J/K\") = 300;
+  parameter Real C_2(unit = \"J/K\") = 500;
+  parameter Real h_1(unit = \"W/K\") = 1.5;
+  parameter Real h_2(unit = \"W/K\") = 2;
+  parameter Real P(unit = \"W\") = 100;
+  parameter Real T_10 = 20;
+  parameter Real T_20 = 20;
+  Real T_1(unit = \"degC\", start = T_10, fixed = true);
+  Real T_2(unit = \"degC\", start = T_20, fixed = true);
+equation
+  C_1*der(T_1) = -h_1*(T_1 - 20);
+  C_2*der(T_2) = P - h_2*(T_2 - 20);
+end Plates;
+",
+        class: "Plates",
+        channels: &[("T1_C", "T_1", 0.05), ("T2_C", "T_2", 0.05)],
+        conditions: &["T_10", "T_20", "P"],
+        nuisances: &["C_1", "C_2", "h_1", "h_2"],
+        shots: &[
+            &[20.0, 20.0, 100.0],
+            &[20.0, 20.0, 50.0],
+            &[20.0, 40.0, 10.0],
+            &[20.0, 30.0, 80.0],
+            &[20.0, 50.0, 20.0],
+        ],
+        shown: |_, value| value,
+        rates: |x, shot| {
+            let passes = 0.6 * (x[1] - x[0]);
+            vec![(passes - 1.5 * (x[0] - 20.0)) / 300.0, (shot[2] - 2.0 * (x[1] - 20.0) - passes) / 500.0]
+        },
+        recorded: |_, value| value,
+        without: &[],
+        stop: 600.0,
+    };
+    names(&bench, "named", "heat_bridge", "T_1 and T_2", &[("k", 0.6)]);
+}
