@@ -3,7 +3,7 @@
 //! Stage i solves `(F_y + c F_y') S_i = c F_y' P_i - F_p` with `P_i = s_n + h sum_{j<i} a_ij R_j`, `c = 1/(h gamma)` and
 //! `R_i = c (S_i - P_i)`, the tableau being that of [`crate::esdirk`].  The equations are as rough as the model is: where a contact closes
 //! without an event, `s'` jumps although `y'` does not.  Steps end before such a [break](super::breaks) and begin anew behind it; they
-//! are the sensitivities' own, chosen by their own error (with delays not without end, see `BURST`), and the method has no past that a
+//! are the sensitivities' own, chosen by their own error (not without end, see `BURST`), and the method has no past that a
 //! jump would spoil.  The error estimate is the difference of the two results over differential unknowns, relative to the largest
 //! derivative so far, the worst direction counting; where breaks are not located, the combination that sees kinks counts too.  With delays
 //! steps end where the pieces of the past end which they read (see [`end_on`](crate::delay::end_on)), or else where steps of the solution do.
@@ -33,6 +33,8 @@ const MOST_ATTEMPTS: u32 = 10;
 /// than [`RATIO`] for each step of the solution takes steps of the part [`SHORTEST`] of the solution's own as they are,
 /// until that is made up for.
 const BURST: f64 = 1000.0;
+/// The same without delays, where a direction may be rough by the rounding of the equations that it moves.
+const ENDLESS: f64 = 20_000.0;
 /// The second number is for tolerances below [`TIGHT`], where jumps that have not died out yet ask for more.
 const SHORTEST: (f64, f64) = (0.5, 0.125);
 const RATIO: (f64, f64) = (4.0, 16.0);
@@ -204,7 +206,8 @@ impl Steps {
             true => (SHORTEST.1, RATIO.1),
             false => (SHORTEST.0, RATIO.0),
         };
-        let least = if self.spent > BURST && !self.fresh { part * trail.step_over(self.last.to) } else { 0.0 };
+        let most = if shortest.is_some() { BURST } else { ENDLESS };
+        let least = if self.spent > most && !self.fresh { part * trail.step_over(self.last.to) } else { 0.0 };
         if limit <= self.last.to {
             // The next break is at hand, or the last one led to the end.
             return Ok(());
@@ -238,10 +241,8 @@ impl Steps {
                     self.h = self.h.max(wanted);
                 }
                 self.h = self.h.max(least);
-                if shortest.is_some() {
-                    let due = ratio * trail.points_within(self.last.to, target) as f64;
-                    self.spent = (self.spent + f64::from(attempts) - due).max(0.0);
-                }
+                let due = ratio * trail.points_within(self.last.to, target) as f64;
+                self.spent = (self.spent + f64::from(attempts) - due).max(0.0);
                 (self.last.from, self.last.to, self.last.h) = (self.last.to, target, h);
                 self.last.first = std::mem::take(&mut self.fresh);
                 self.measure();
