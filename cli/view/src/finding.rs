@@ -45,11 +45,11 @@ pub(crate) fn read(file: &Path, name: Option<&str>) -> Result<Value, Failure> {
         return Err(Failure::Usage(format!("`{shown}` is the report of a search in `{model}`, not in `{name}`")));
     }
     let place = |own: &Value| {
-        json!({"component": own["component"], "equation": own["equation"], "effect": own["effect"], "coefficient": own["coefficient"],
+        json!({"component": own["component"], "components": own["components"], "equation": own["equation"], "effect": own["effect"], "coefficient": own["coefficient"],
             "shape": own["shape"], "unit": own["unit"], "score": own["score"]})
     };
     let named = report["effects"].as_array().into_iter().flatten().map(|own| {
-        json!({"component": own["component"], "effect": own["effect"], "words": own["equation"], "parameters": own["parameters"]})
+        json!({"component": own["component"], "components": own["components"], "effect": own["effect"], "words": own["equation"], "parameters": own["parameters"]})
     });
     Ok(json!({
         "sentence": report["sentence"],

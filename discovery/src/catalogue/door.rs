@@ -22,6 +22,8 @@ pub enum Door {
     Exchange {
         /// The balance that it comes into, and the one that it is taken from.
         ends: [End; 2],
+        /// What these store, by the paths of the model.
+        stored: [String; 2],
         /// The law's own inputs and outputs.
         law: Law,
     },

@@ -35,7 +35,7 @@ pub(super) struct Store {
     pub(super) mentions: Vec<String>,
 }
 
-/// The places between balances of the kind `of`, which are called `id`, and sentences on what is none.
+/// The places between balances of the kind `of`, which are called `id`, and sentences on what cannot be one.
 pub(super) fn between(stores: &[Store], (of, id): (&str, &str)) -> (Vec<Site>, Vec<String>) {
     let own: Vec<&Store> = stores.iter().filter(|store| *store.site.id == *of).collect();
     if own.len() > MOST {
@@ -48,30 +48,34 @@ pub(super) fn between(stores: &[Store], (of, id): (&str, &str)) -> (Vec<Site>, V
     if own.len() < 2 {
         return (Vec::new(), Vec::new());
     }
-    let (can, cannot): (Vec<&Store>, Vec<&Store>) = own.into_iter().partition(|store| why_not(store).is_none());
-    let said = cannot.into_iter().filter_map(|store| {
-        Some(format!("what may pass between {} and others is not tried: {}", store.site.path, why_not(store)?))
+    let (bare, own): (Vec<&Store>, Vec<&Store>) = own.into_iter().partition(|store| is_solved(store));
+    let (amounts, can): (Vec<&Store>, Vec<&Store>) =
+        own.into_iter().partition(|store| AMOUNTS.contains(&&*store.units[0]));
+    let not_tried = |stores: &[&Store], why: &dyn Fn(&Store) -> String| {
+        let paths: Vec<&str> = stores.iter().map(|store| store.site.path.as_str()).collect();
+        let first = stores.first()?;
+        Some(format!("what may pass between {} and others is not tried: {}", paths.join(", "), why(first)))
+    };
+    let of_bare = not_tried(&bare, &|store| {
+        let rate = store.storage.trim_start_matches(['-', '+', ' ']);
+        format!(
+            "an equation that is solved for the rate does not say how much is stored; write it with the capacity, mass or area, as C*{rate} = ..."
+        )
     });
+    let of_amounts =
+        not_tried(&amounts, &|store| format!("differences of amounts (here in {}) drive nothing", store.units[0]));
     let mut found = Vec::new();
     for (k, one) in can.iter().enumerate() {
         let others =
             can[k + 1..].iter().filter(|other| alike(one, other) && follows(one, other) == follows(other, one));
         found.extend(others.filter_map(|other| exchange(id, (one, other))));
     }
-    (found, said.collect())
+    (found, of_bare.into_iter().chain(of_amounts).collect())
 }
 
-/// Why nothing can be exchanged with a balance.
-fn why_not(store: &Store) -> Option<String> {
-    let by_term = matches!(store.site.door.ends(), [End::Equation { .. }]);
-    if by_term && store.is_bare {
-        return Some(format!(
-            "its equation is solved for the rate and does not say how much is stored; write it with the capacity, mass or area, as C*{} = ...",
-            store.storage.trim_start_matches(['-', '+', ' '])
-        ));
-    }
-    let unit = &store.units[0];
-    AMOUNTS.contains(&&**unit).then(|| format!("it is an amount ({unit}), and differences of amounts drive nothing"))
+/// The equation that a term would come into is solved for the rate.
+fn is_solved(store: &Store) -> bool {
+    store.is_bare && matches!(store.site.door.ends(), [End::Equation { .. }])
 }
 
 /// Both have the same units, as far as these are known: an exchange of a level with a pressure has no law.
@@ -108,7 +112,11 @@ fn exchange(id: &str, (one, other): (&Store, &Store)) -> Option<Site> {
         file: one.site.file.clone(),
         line: one.site.line,
         scales: vec![(DIFFERENCE.into(), difference.clone()), (EXCHANGED.into(), changed)],
-        door: Door::Exchange { ends, law: Law { inputs: vec![(DIFFERENCE, Some(difference))], output: EXCHANGED } },
+        door: Door::Exchange {
+            ends,
+            stored: [a.clone(), b.clone()],
+            law: Law { inputs: vec![(DIFFERENCE, Some(difference))], output: EXCHANGED },
+        },
     })
 }
 
@@ -174,11 +182,12 @@ mod tests {
         let (found, said) = paths(&[
             body("a", "K", "der(a)", &["a"]),
             body("b", "K", "C*der(b)", &["b"]),
+            body("c", "K", "der(c)", &["c"]),
             body("e", "J", "k*der(e)", &["e"]),
         ]);
         assert!(found.is_empty() && said.len() == 2, "{found:?} {said:?}");
-        assert!(said[0].contains("between a and others") && said[0].contains("C*der(a) = ..."), "{said:?}");
-        assert!(said[1].contains("between e and others") && said[1].contains("amount (J)"), "{said:?}");
+        assert!(said[0].contains("between a, c and others") && said[0].contains("C*der(a) = ..."), "{said:?}");
+        assert!(said[1].contains("between e and others") && said[1].contains("in J"), "{said:?}");
     }
 
     #[test]

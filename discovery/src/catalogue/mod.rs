@@ -128,6 +128,16 @@ pub struct Site {
     pub scales: Vec<(String, String)>,
 }
 
+impl Site {
+    /// Paths of the components or variables that it concerns: an exchange has two.
+    pub fn components(&self) -> Vec<&str> {
+        match &self.door {
+            Door::Exchange { stored: [one, other], .. } => vec![one, other],
+            _ => vec![&self.path],
+        }
+    }
+}
+
 /// An effect at places of a model.
 #[derive(Clone, Debug)]
 pub struct Candidate {

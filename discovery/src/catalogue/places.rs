@@ -112,7 +112,7 @@ const KINDS: [Kind; 5] = [
     },
 ];
 
-/// The places of a model that declares none, and sentences on what is no place; `asks` says whether any effect takes places of an id.
+/// The places of a model that declares none, and sentences on what cannot be one; `asks` says whether any effect takes places of an id.
 ///
 /// # Errors
 /// When the base model cannot be translated.

@@ -196,7 +196,7 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
                 0,
                 cost_drop,
                 (&site.path, &site.file, site.line),
-                json!({"equation": &*site.words, "id": &*insert.effect.id, "effect": insert.label()}),
+                json!({"equation": &*site.words, "components": site.components(), "id": &*insert.effect.id, "effect": insert.label()}),
             );
         }
     }
@@ -213,7 +213,7 @@ fn location(findings: &Findings, workshop: &Workshop<'_>) -> Vec<Value> {
     for tried in &first.tried {
         let (Some(insert), Some(look)) = (tried.hypothesis.inserts.last(), &tried.look) else { continue };
         for site in insert.sites.iter().take(1) {
-            let rest = json!({"equation": &*site.words, "id": &*insert.effect.id, "effect": insert.label()});
+            let rest = json!({"equation": &*site.words, "components": site.components(), "id": &*insert.effect.id, "effect": insert.label()});
             add(2, look.score.gain, (&site.path, &site.file, site.line), rest);
         }
     }
@@ -302,7 +302,7 @@ fn effects(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
             size["parameters"] = places.iter().map(|&place| problem.places[place].name()).collect::<Vec<_>>().into();
             parameters.insert(name.to_string(), size);
         }
-        json!({"id": &*effect.id, "effect": candidate.label(), "kind": effect.kind.word(), "component": site.path, "equation": &*effect.words,
+        json!({"id": &*effect.id, "effect": candidate.label(), "kind": effect.kind.word(), "component": site.path, "components": site.components(), "equation": &*effect.words,
             "class": effect.class, "file": &*site.file, "line": site.line, "parameters": parameters})
     };
     Ok(pass.base.inserts.iter().enumerate().map(describe).collect())

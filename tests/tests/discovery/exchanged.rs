@@ -3,6 +3,9 @@
 
 use crate::plain::{Bench, names, said_of_adequate};
 
+/// Bulk modulus of the library's volumes (Pa).
+const STIFFNESS: f64 = 1.4e9;
+
 /// A cylinder between a pump and a throttle, in SI units.
 const CYLINDER: Bench = Bench {
     name: "cylinder",
@@ -146,4 +149,52 @@ end Plates;
         stop: 600.0,
     };
     names(&bench, "named", "heat_bridge", "T_1 and T_2", &[("k", 0.6)]);
+}
+
+/// Two volumes of the library that drain into one ideal pressure, without a word on units: ports take what passes.  Derivatives by the
+/// equation of that pressure are rough by rounding, and steps that followed it never ended.
+#[test]
+fn a_leak_between_volumes_of_the_library() {
+    let bench = Bench {
+        name: "volumes",
+        model: "model Volumes
+  parameter Real q(unit = \"m3/s\") = 1e-4;
+  parameter Real p_a0(unit = \"Pa\") = 1e6;
+  parameter Real p_b0(unit = \"Pa\") = 1e6;
+  parameter Real k_a(unit = \"m3/(s.Pa)\") = 5e-11;
+  parameter Real k_b(unit = \"m3/(s.Pa)\") = 4e-11;
+  parameter Real V_a(unit = \"m3\") = 1e-3;
+  parameter Real V_b(unit = \"m3\") = 2e-3;
+  Hyd.Hydraulic.Components.Volume a(V = V_a, p(start = p_a0, fixed = true));
+  Hyd.Hydraulic.Components.Volume b(V = V_b, p(start = p_b0, fixed = true));
+  Hyd.Hydraulic.Sources.ConstantFlow pump(q = q);
+  Hyd.Hydraulic.Components.LaminarResistance r_a(k = k_a), r_b(k = k_b);
+  Hyd.Hydraulic.Sources.FixedPressure tank(p = 1e5);
+equation
+  connect(pump.port, a.port);
+  connect(a.port, r_a.port_a);
+  connect(r_a.port_b, tank.port);
+  connect(b.port, r_b.port_a);
+  connect(r_b.port_b, tank.port);
+end Volumes;
+",
+        class: "Volumes",
+        channels: &[("pa_Pa", "a.p", 5e3), ("pb_Pa", "b.p", 5e3)],
+        conditions: &["p_a0", "p_b0", "q"],
+        nuisances: &["V_a", "V_b", "k_a", "k_b"],
+        shots: &[&[1e6, 1e6, 1e-4], &[3e6, 5e5, 5e-5], &[5e5, 2e6, 8e-5], &[2e6, 2e6, 1.5e-4], &[2.5e6, 1e6, 7e-5]],
+        shown: |_, value| value,
+        rates: |x, shot| {
+            let (a, b) = (x[0], x[1]);
+            let passes = 2e-11 * (a - b);
+            vec![
+                (shot[2] - 5e-11 * (a - 1e5) - passes) * STIFFNESS / 1e-3,
+                (passes - 4e-11 * (b - 1e5)) * STIFFNESS / 2e-3,
+            ]
+        },
+        recorded: |_, value| value,
+        without: &[],
+        stop: 0.1,
+    };
+    names(&bench, "named", "leak_between", "a.p and b.p", &[("k", 2e-11)]);
 }

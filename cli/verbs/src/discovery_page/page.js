@@ -125,12 +125,15 @@ function structure() {
   const top = R.location.length ? Math.max(...R.location.map((own) => own.score || 0)) : 0;
   const root = { name: "the model", inside: new Map(), own: [] };
   for (const own of R.location) {
-    let node = root;
-    for (const part of (own.component || "").split(".").filter(Boolean)) {
-      if (!node.inside.has(part)) node.inside.set(part, { name: part, inside: new Map(), own: [] });
-      node = node.inside.get(part);
+    // What passes between two places is said at both.
+    for (const path of own.components || [own.component || ""]) {
+      let node = root;
+      for (const part of path.split(".").filter(Boolean)) {
+        if (!node.inside.has(part)) node.inside.set(part, { name: part, inside: new Map(), own: [] });
+        node = node.inside.get(part);
+      }
+      node.own.push(own);
     }
-    node.own.push(own);
   }
   const best = R.location[0];
   const heat = (score) => `<span class="heat"><i style="width:${top > 0 ? Math.max(1, 100 * Math.max(0, score) / top) : 0}%"></i></span>`;

@@ -64,7 +64,7 @@ function colourFinding(diagram, place) {
   if (!DATA.finding) return;
   const { places } = DATA.finding, top = Math.max(...places.map((one) => one.score), 0);
   for (const node of place.querySelectorAll(".part")) {
-    const own = diagram.parts[Number(node.dataset.part)], most = Math.max(0, ...places.filter((one) => isWithin(one.component || "", own.path)).map((one) => one.score));
+    const own = diagram.parts[Number(node.dataset.part)], most = Math.max(0, ...places.filter((one) => isAt(one, own.path)).map((one) => one.score));
     if (!(most > 0)) continue;
     node.classList.add("lacking");
     node.classList.toggle("best", most === top);

@@ -151,13 +151,17 @@ function isWithin(inner, outer) {
   return outer === "" || inner === outer || inner.startsWith(outer + ".") || inner.startsWith(outer + "[");
 }
 
+// What passes between two components is a finding at both.
+const componentsOf = (one) => one.components || [one.component || ""];
+const isAt = (one, path) => componentsOf(one).some((own) => isWithin(own, path));
+
 function layFinding(path) {
   const box = document.getElementById("finding"), { finding } = DATA;
   box.hidden = !finding;
   if (!finding) return;
-  const own = finding.places.filter((one) => isWithin(one.component || "", path)), top = Math.max(...finding.places.map((one) => one.score), 0);
+  const own = finding.places.filter((one) => isAt(one, path)), top = Math.max(...finding.places.map((one) => one.score), 0);
   box.replaceChildren(element("p", {}, element("b", {}, path ? "What seems to be missing here" : finding.sentence)));
-  for (const one of finding.named.filter((named) => isWithin(named.component || "", path))) {
+  for (const one of finding.named.filter((named) => isAt(named, path))) {
     const sizes = Object.entries(one.parameters).map(([name, size]) => name + " = " + measured(size));
     box.append(element("p", {}, "Named: " + one.words + " at " + one.component + ", " + sizes.join(", ")));
   }
@@ -166,9 +170,11 @@ function layFinding(path) {
     const bar = element("i", {});
     bar.style.width = 100 * Math.max(0, one.score) / top + "%";
     const what = one.effect ? (one.equation ? one.equation + " (" + one.effect + ")" : one.effect) : short(one.coefficient) + "*" + rounded(String(one.shape)) + (one.unit && one.unit !== "1" ? " " + one.unit : "") + " in " + one.equation;
-    const where = diagramOf(parted(one.component || "")[0]);
-    const name = where ? element("button", { type: "button", onclick: () => { openDiagram(where.path); select(one.component); } }, one.component || DATA.model.name) : one.component || DATA.model.name;
-    return element("li", {}, element("span", { class: "heat" }, bar), name, " ", element("code", {}, what), element("span", { class: "pale" }, ", drop of the cost " + short(one.score, 3)));
+    const names = componentsOf(one).flatMap((own, k) => {
+      const where = diagramOf(parted(own)[0]), words = own || DATA.model.name;
+      return [...(k ? [" and "] : []), where ? element("button", { type: "button", onclick: () => { openDiagram(where.path); select(own); } }, words) : words];
+    });
+    return element("li", {}, element("span", { class: "heat" }, bar), ...names, " ", element("code", {}, what), element("span", { class: "pale" }, ", drop of the cost " + short(one.score, 3)));
   };
   box.append(element("ul", {}, ...own.slice(0, MOST_PLACES).map(place)));
   const more = own.slice(MOST_PLACES);
