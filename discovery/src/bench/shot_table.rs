@@ -39,9 +39,13 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
     if let Some(k) = text.lines().position(|line| line.len() > LONGEST) {
         return Err(wrong(format!("line {} is longer than {} MB", k + 1, LONGEST >> 20)));
     }
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
-    let header: Vec<String> =
-        reader.headers().map_err(|error| wrong(error.to_string()))?.iter().map(String::from).collect();
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(text.as_bytes());
+    let header: Vec<String> = reader
+        .headers()
+        .map_err(|error| wrong(error.to_string()))?
+        .iter()
+        .map(|name| name.trim().to_string())
+        .collect();
     twice(&header, study).map_err(wrong)?;
     let mut clocks =
         Clock::all(&header, study, &|name| is_read(study, name), &|time| no_times(&header, time)).map_err(wrong)?;
@@ -65,7 +69,7 @@ pub(crate) fn read_table(file: &str, text: &str, study: &Study) -> Result<ShotTa
             return Err(wrong(format!("line {line} has {fields}, and the header {}{advice}", header.len())));
         }
         let number = |column: usize| {
-            number(&record[column]).map_err(|why| format!("line {line}, column `{}`: {why}", header[column]))
+            number(record[column].trim()).map_err(|why| format!("line {line}, column `{}`: {why}", header[column]))
         };
         clocks.iter_mut().try_for_each(|clock| clock.take((line, row), study, alone, &number)).map_err(wrong)?;
         row += 1;

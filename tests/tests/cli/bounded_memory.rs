@@ -39,8 +39,8 @@ fn tables_of_shots_are_refused_cheaply() {
         ("time,y,p\n\"", "\n", "`shot1.csv`: line 2 has 1 field, and the header 3"),
     ] {
         filled(&folder, "drv/bench/shot1.csv", header, piece, 100);
-        // The text itself, what one line of it may take, twice the same where it is trimmed, and the program, which has 60.
-        let (code, said) = within(&folder, 420, &fit);
+        // The text itself, what one line of it may take, and the program.
+        let (code, said) = within(&folder, 400, &fit);
         assert_eq!((code, said.lines().next()), (Some(1), Some(format!("error: {message}").as_str())), "{said}");
     }
     folder.write("drv/bench/set.json", set.replace('{', &format!("{}{{", " ".repeat(5 << 20))));
