@@ -4,7 +4,7 @@ use std::io;
 use std::sync::Arc;
 
 use hyd_results::{ResultFile, RowKind, Sink};
-use hyd_system::Tables;
+use hyd_system::{Place, Tables, VariableInfo};
 
 use crate::progress::Progress;
 use crate::selection::Shown;
@@ -24,6 +24,10 @@ pub struct Recorder {
     model: String,
     progress: Option<Progress>,
     span: (f64, f64),
+    /// Derivatives by parameters: where they stand in a row.
+    derivatives: Vec<usize>,
+    /// Rows in which some of them are not numbers, and the first such row's time (s).
+    unknown: (usize, f64),
 }
 
 impl Recorder {
@@ -42,7 +46,18 @@ impl Recorder {
             model: String::new(),
             progress: progress.then(Progress::new),
             span,
+            derivatives: Vec::new(),
+            unknown: (0, f64::NAN),
         }
+    }
+
+    /// A sentence on derivatives by parameters that the rows do not have.
+    pub fn unknown_derivatives(&self) -> Option<String> {
+        let (rows, first) = self.unknown;
+        (rows > 0).then(|| {
+            let rows = if rows == 1 { "1 row".to_string() } else { format!("{rows} rows") };
+            format!("derivatives by parameters are not known in {rows}, first at t = {first} s, and stand as NaN there")
+        })
     }
 
     /// The run is over: wipes the progress.
@@ -75,11 +90,23 @@ impl Recorder {
     }
 }
 
+/// The name is that of a derivative by a parameter, `d(x)/d(p)`.
+fn is_derivative(variable: &VariableInfo) -> bool {
+    variable.name.parts.last().is_some_and(|(text, _)| text.contains(")/d("))
+}
+
 impl Sink for Recorder {
     fn begin(&mut self, tables: &Arc<Tables>, parameters: &[f64]) -> io::Result<()> {
         self.model = tables.model.to_string();
         self.parameters = parameters.to_vec();
         self.rows = 0;
+        self.unknown = (0, f64::NAN);
+        let derived = tables.variables.iter().filter(|own| is_derivative(own));
+        let places = derived.flat_map(|own| &own.sources).filter_map(|source| match source.place {
+            Place::Output(at) => Some(at as usize),
+            _ => None,
+        });
+        self.derivatives = places.collect();
         self.file.as_mut().map_or(Ok(()), |file| file.begin(tables, parameters))
     }
 
@@ -93,6 +120,9 @@ impl Sink for Recorder {
         }
         if self.keep {
             self.times.push(t);
+        }
+        if self.derivatives.iter().any(|&at| values.get(at).is_some_and(|value| value.is_nan())) {
+            self.unknown = (self.unknown.0 + 1, if self.unknown.0 == 0 { t } else { self.unknown.1 });
         }
         if let Some(progress) = &mut self.progress {
             progress.at(t, self.span.0, self.span.1);

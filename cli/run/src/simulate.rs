@@ -173,6 +173,8 @@ pub fn record(
         (Some(file), Some(path)) => close(file, path, status)?,
         _ => None,
     };
+    // A run that failed for them says why.
+    let unknown = recorder.unknown_derivatives().filter(|_| outcome.is_ok()).into_iter().collect();
     let summary = RunSummary {
         status,
         message: message(&outcome),
@@ -191,7 +193,7 @@ pub fn record(
         translate_s: facts.translate_s,
         simulate_s,
         counters: ran.counters,
-        warnings: [facts.warnings, ran.warnings].concat(),
+        warnings: [facts.warnings, ran.warnings, unknown].concat(),
         jumps: ran.jumps,
         result: result.map(|path| path.display().to_string()),
         plot: None,
