@@ -536,8 +536,8 @@ impl Inputs for Exchange {
 }
 
 impl Exchange {
-    /// The unit asks to be told of steps, and may remember them.
-    pub(crate) fn is_told_of_steps(&self) -> bool {
+    /// The unit asks to hear of steps, and may remember them.
+    pub(crate) fn hears_of_steps(&self) -> bool {
         self.completed
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! They are evaluated where the first one is, or where a derivative says that the solution of their parameters is, and go through the same
 //! events; differences between their answers and those of a *likeness*, which is a further instance with the parameters of the first one, are
-//! derivatives.  The likeness and its twins come behind the first one: they are asked about times which that has left, and are told of a step
+//! derivatives.  The likeness and its twins come behind the first one: they are asked about times which that has left, and hear of a step
 //! where nobody asks for anything before it any more.
 
 use crate::channel::{Reader, Writer};
@@ -168,8 +168,8 @@ impl Exchange {
         answer
     }
 
-    /// The value of a parameter of the unit after its start, and its limits and nominal value; none for what is no real number of eight
-    /// bytes.
+    /// The value of a parameter of the unit after its start, and its limits and nominal value; none for anything but a real number of
+    /// eight bytes.
     pub(crate) fn parameter_of(&self, index: usize) -> Option<(f64, (f64, f64), f64)> {
         let setting = &self.driver.layout.settings[self.driver.layout.setting_of.get(index).copied().flatten()?];
         let variable = &self.driver.description.variables[setting.variable];

@@ -328,6 +328,83 @@ fn derivatives_that_a_unit_does_not_have_are_refused() {
     assert!(simulate(&scratch, "unit.hyd", &["--sensitivity", "weight"], true).is_ok());
 }
 
+/// What a parameter of the text gives a unit is so steep that a millionth of it is far.
+#[test]
+fn a_step_that_moves_a_unit_too_far_is_refused() {
+    let around = EARLY.around.replace("1 + a^3", "exp(5000*(g - 1))");
+    let scratch = built(&EARLY, "3.0");
+    scratch.write("unit.hyd", scratch.read("block.hyd") + &around);
+    let said = simulate(&scratch, "unit.hyd", &["--sensitivity", "g"], true).unwrap_err();
+    assert!(said.contains("a step of a parameter moves the unit too far"), "{said}");
+}
+
+/// A unit that remembers the steps it was told of, in a run without events: its likeness hears of other ones.
+#[test]
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+fn a_unit_that_remembers_its_steps_has_no_derivatives() {
+    let scratch = Scratch::new();
+    scratch.write("remembers.c", include_str!("unit_sources/remembers.c"));
+    let compiled = std::process::Command::new("cc")
+        .args(["-std=c99", "-O1", "-shared", "-fPIC", "-o", "remembers.so", "remembers.c"])
+        .current_dir(scratch.path())
+        .output();
+    let Ok(compiled) = compiled else {
+        println!("no C compiler");
+        return;
+    };
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    let library = std::fs::read(scratch.path().join("remembers.so")).unwrap();
+    let description = include_bytes!("unit_sources/remembers.xml");
+    for (name, bytes) in [("modelDescription.xml", &description[..]), ("binaries/linux64/remembers.so", &library[..])] {
+        archive.start_file(name, SimpleFileOptions::default()).unwrap();
+        archive.write_all(bytes).unwrap();
+    }
+    std::fs::write(scratch.path().join("part.fmu"), archive.finish().unwrap().into_inner()).unwrap();
+    let unit = run(scratch.path(), &["unit", "part.fmu", "-o", "block.hyd"]);
+    assert_eq!(unit.code, Some(0), "{}", unit.stderr);
+    let around =
+        "model Around\n  Part part(p = 2);\n  annotation(experiment(StopTime = 2, Tolerance = 1e-8));\nend Around;\n";
+    scratch.write("unit.hyd", scratch.read("block.hyd") + around);
+    assert!(simulate(&scratch, "unit.hyd", &[], true).is_ok());
+    let said = simulate(&scratch, "unit.hyd", &["--sensitivity", "part.p"], true).unwrap_err();
+    assert!(said.contains("the unit follows its steps"), "{said}");
+}
+
+/// A unit that ends the run by an event of its own leaves a last row without derivatives, which is said.
+#[test]
+fn rows_without_derivatives_are_told() {
+    let case = Case {
+        part: "model Part
+  parameter Real p = 2;
+  output Real x(start = 0, fixed = true);
+equation
+  der(x) = p - x;
+  when x > 1 then
+    terminate(\"far enough\");
+  end when;
+end Part;
+",
+        around: "model Around\n  Part part(p = 2);\n  annotation(experiment(StopTime = 2));\nend Around;\n",
+        ..EARLY
+    };
+    let scratch = built(&case, "3.0");
+    let run = |file: &str| {
+        let arguments = ["simulate", file, "--model", "Around", "--result", "r.csv", "--sensitivity", "part.p"];
+        let output = command(scratch.path(), &arguments).env("HYD_UNIT", library()).output().unwrap();
+        let lost = scratch.read("r.csv").to_lowercase().contains("nan");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), lost)
+    };
+    for file in ["unit.hyd", "text.hyd"] {
+        let (code, said, lost) = run(file);
+        assert_eq!(
+            (code, said.contains("derivatives by parameters are not known in")),
+            (Some(0), lost),
+            "{file}: {said}"
+        );
+    }
+}
+
 /// A unit of which a process can hold one instance only has no twins.
 #[test]
 fn a_unit_that_is_alone_in_its_process_has_no_derivatives() {

@@ -293,6 +293,9 @@ impl Steps for Whole {
             Some(steps) => steps.completed(t, &y[..n])?,
             None => false,
         };
+        if self.is_carrying() {
+            self.compare_at_step(t, y);
+        }
         for part in &mut self.parts {
             part.tell(y);
             if let Some(steps) = part.unit.steps() {

@@ -1,6 +1,6 @@
 //! Derivatives of a text with units in it along directions: those of the text, chained with those of the units ([`super::twinned`]).
 //!
-//! What a text reads of a unit are inputs to it, whose derivatives it is told as their values; what it gives a unit are values of its row.  The
+//! What a text reads of a unit are inputs to it, whose derivatives it is given as it is given their values; what it gives a unit are values of its row.  The
 //! Jacobians are those of the system.  Where the derivatives of a unit cannot be known, all of them are not a number from there on, so that
 //! the run fails; [`Whole::diagnose`](hyd_system::DaeSystem::diagnose) says why.
 
@@ -25,12 +25,11 @@ pub(super) struct Carried {
     row: Vec<f64>,
     /// Nothing moves: blocks for time and all unknowns.
     still: Vec<f64>,
-    /// Derivatives of residuals that have been asked for.
-    asked: u32,
+    /// Steps of the run.
+    steps: u32,
 }
 
-/// Units that are told of steps are compared with their likenesses once in so many derivatives of residuals, of which a step takes one or
-/// two.
+/// Units that ask to hear of steps are compared with their likenesses at the second step, and once in so many.
 const COMPARED: u32 = 8;
 
 impl Carried {
@@ -327,6 +326,19 @@ impl Whole {
         }
     }
 
+    /// Units that hear of steps before they hear of the one that has come to a point: one that remembers them leaves its likeness behind, with
+    /// or without events.
+    pub(super) fn compare_at_step(&mut self, t: f64, y: &[f64]) {
+        if self.parts.iter().any(|part| part.unit.hears_of_steps()) {
+            self.carry(|own, carried| {
+                carried.steps += 1;
+                if carried.steps % COMPARED == 2 {
+                    own.compare_units(carried, t, y);
+                }
+            });
+        }
+    }
+
     /// Units before an event.
     fn compare_units(&mut self, carried: &mut Carried, t: f64, y: &[f64]) {
         if carried.lost.is_some() {
@@ -387,7 +399,7 @@ impl Tangents for Whole {
         self.carry(|own, carried| {
             own.text_tangents().bind_tangent(t0);
             own.text_tangents().parameters_tangent(&mut carried.by_parameters);
-            (carried.is_active, carried.lost) = (true, None);
+            (carried.is_active, carried.lost, carried.steps) = (true, None, 0);
             if !own.can_have_twins() {
                 carried.note(Err(refused(Refusal::Lost)));
                 return;
@@ -423,11 +435,6 @@ impl Tangents for Whole {
         let n = self.sizes.unknowns;
         self.carry(|own, carried| {
             let width = carried.width();
-            carried.asked += 1;
-            // A unit that follows its steps leaves its likeness behind, with or without events.
-            if carried.asked.is_multiple_of(COMPARED) && own.parts.iter().any(|part| part.unit.is_told_of_steps()) {
-                own.compare_units(carried, t, y);
-            }
             own.tell_text(y);
             own.tell_tangents(carried, along.y);
             let of_text = own.of_text(along, width);
