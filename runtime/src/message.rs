@@ -357,7 +357,11 @@ fn near_lines(f: &mut Formatter<'_>, near: &Near) -> fmt::Result {
     };
     let shares: Vec<String> =
         mode.shares.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect();
-    write!(f, "\n  the eigenvalue behind it is {value} 1/s, of {}", shares.join(", "))?;
+    write!(f, "\n  the eigenvalue behind it is {value} 1/s, ")?;
+    match shares.is_empty() {
+        true => write!(f, "shared by many of the {} states", mode.states)?,
+        false => write!(f, "of {}", shares.join(", "))?,
+    }
     let (constant, step) = (math::hypot(re, im).recip(), near.step);
     if re > 0.0 && re * near.span > 1.0 && re > im {
         write!(f, ": the motion grows by a factor of e every {:.2e} s", re.recip())?;

@@ -230,5 +230,8 @@ end P;
     let output = child.wait_with_output().unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && said.contains("z[1]"), "{said}");
+    assert!(
+        !output.status.success() && said.contains("z[1]") && said.contains("shared by many of the 120 states"),
+        "{said}"
+    );
 }
