@@ -13,6 +13,7 @@ use hyd_instance::Sources;
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_system::Variability;
 
+use crate::balance::{Factor, factors};
 use crate::compilation::{Compilation, Goal, Options};
 use crate::pipeline::compile_with;
 
@@ -29,6 +30,8 @@ pub struct InjectionSite {
     pub text: String,
     /// SI unit of its two sides, if the model decides it.
     pub unit: Option<String>,
+    /// What may multiply that which comes in, where the equation is solved for a rate or for one variable.
+    pub factors: Vec<Factor>,
     /// Variables that occur in it (of the first equation, if the text gives several), `der(x)` for derivatives.
     pub variables: Vec<String>,
     /// Why no term can be added; none if one can.
@@ -60,13 +63,8 @@ pub fn injection_sites(
     }
     let terms: Vec<Injection> = sites.iter().enumerate().map(|(k, site)| probe(site, k)).collect();
     let probed = compile_with(sources, name, text, &options, &terms);
-    if let Some(flat) = &probed.flat {
-        let units = hyd_units::check_units(flat, &probed.files);
-        for found in units.inferred {
-            if let Some(k) = found.name.strip_prefix(PROBE).and_then(|number| number.parse::<usize>().ok()) {
-                sites[k].unit = Some(found.unit);
-            }
-        }
+    for (k, unit) in probed_units(&probed) {
+        sites[k].unit = Some(unit);
     }
     // An equation that only renames is a constraint once it has a term.
     if let Some(reduced) = &probed.reduced {
@@ -76,7 +74,31 @@ pub fn injection_sites(
             }
         }
     }
+    // The elements of a loop have names that stand nowhere else.
+    let of_scalars = |site: &&mut InjectionSite| site.refused.is_none() && !site.text.contains('[');
+    sites.iter_mut().filter(of_scalars).for_each(|site| site.factors = factors(&site.text));
+    let parts: Vec<(usize, usize)> =
+        sites.iter().enumerate().flat_map(|(k, site)| (0..site.factors.len()).map(move |part| (k, part))).collect();
+    if !parts.is_empty() {
+        let shaped = |(number, &(k, part)): (usize, &(usize, usize))| {
+            let shape = TermShape::Expression(sites[k].factors[part].text.clone());
+            Injection { shape, ..probe(&sites[k], number) }
+        };
+        let terms: Vec<Injection> = parts.iter().enumerate().map(shaped).collect();
+        for (number, unit) in probed_units(&compile_with(sources, name, text, &options, &terms)) {
+            let (k, part) = parts[number];
+            sites[k].factors[part].unit = Some(unit);
+        }
+    }
     (sites, plain)
+}
+
+/// The units of the amplitudes of probes, by their numbers.
+fn probed_units(probed: &Compilation) -> Vec<(usize, String)> {
+    let Some(flat) = &probed.flat else { return Vec::new() };
+    let units = hyd_units::check_units(flat, &probed.files);
+    let number = |name: &str| name.strip_prefix(PROBE).and_then(|number| number.parse::<usize>().ok());
+    units.inferred.into_iter().filter_map(|found| Some((number(&found.name)?, found.unit))).collect()
 }
 
 /// Name of the parameters that probe units; no name of a model begins like this.
@@ -101,6 +123,7 @@ fn site(flat: &FlatModel, files: &Files, block: u32, refused: bool) -> Injection
         line: files.location(span).line,
         text: files.snippet(span).split_whitespace().collect::<Vec<_>>().join(" "),
         unit: None,
+        factors: Vec::new(),
         variables: variables(flat, equation),
         refused: refused.then_some(DIFFERENTIATED),
     }

@@ -20,6 +20,8 @@ pub struct Opening {
     pub name: String,
     /// What the variable is, in words.
     pub words: String,
+    /// What multiplies it there, in names of the class; nothing if empty.
+    pub factor: String,
     /// The variable takes the place of the right side, which it is equal to until a modification says otherwise.
     pub replaces: bool,
 }
@@ -145,7 +147,8 @@ pub fn opened(text: &str, openings: &[Opening]) -> Option<String> {
             edits.push((range.start..range.start, "(".to_string()));
         }
         let close = if is_one { "" } else { ")" };
-        edits.push((range.end..range.end, format!("{close} + {}", opening.name)));
+        let times = if opening.factor.is_empty() { String::new() } else { format!("{}*", opening.factor) };
+        edits.push((range.end..range.end, format!("{close} + {times}{}", opening.name)));
     }
     // From behind; of two at one place the later one first.
     let mut order: Vec<usize> = (0..edits.len()).collect();
@@ -254,6 +257,7 @@ mod tests {
                 equation: one.site.text.clone(),
                 name: name.into(),
                 words: "let in".into(),
+                factor: String::new(),
                 replaces: false,
             };
             let whole = opened(&text, &[opening("further")]).unwrap();
@@ -264,6 +268,8 @@ mod tests {
             let compilation = compile(&mut Nothing, "model.mo", &with, &options());
             assert!(!compilation.has_errors(), "{with}{:?}", compilation.diagnostics);
             assert_eq!(opened(&text, &[Opening { line: 1, ..opening("further") }]), None);
+            let times = opened(&text, &[Opening { factor: "3/x".into(), ..opening("further") }]).unwrap();
+            assert_eq!(times, whole.replace("+ further", "+ 3/x*further"));
         }
     }
 
@@ -277,7 +283,8 @@ mod tests {
         assert!(commands(text, "P.N").is_empty() && found[0].equation.is_none());
         let (name, words, line) = ("given".to_string(), "command".to_string(), found[1].line);
         let equation = found[1].equation.clone().unwrap();
-        let whole = opened(text, &[Opening { line, equation, name, words, replaces: true }]).unwrap();
+        let factor = String::new();
+        let whole = opened(text, &[Opening { line, equation, name, words, factor, replaces: true }]).unwrap();
         assert!(whole.contains("model M Real given = sin( time) \"command\";\n"), "{whole}");
         assert!(whole.contains("  y = given\n;\n") && whole.lines().count() == text.lines().count(), "{whole}");
     }

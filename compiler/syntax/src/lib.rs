@@ -22,6 +22,7 @@ mod scan;
 mod slips;
 pub mod tokens;
 pub mod tree;
+mod versions;
 pub mod visit;
 pub mod visit_mut;
 
@@ -33,3 +34,4 @@ pub use head::{Head, head};
 pub use lone::parse_expression;
 pub use printer::{print_expr, print_path, print_reference, print_string};
 pub use recovery::is_keyword;
+pub use versions::{compare_versions, uses, version};

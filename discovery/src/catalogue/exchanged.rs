@@ -2,7 +2,7 @@
 //!
 //! What passes is driven by a difference: of the variables that the balances store, or of the potentials of the connectors where adapters
 //! stand.  The same amount must be added to the one equation and taken from the other, so that an equation that is solved for its rate
-//! (`der(T) = ...`) makes no place: it does not say how much is stored.  Where one equation follows the other variable and not the other way
+//! makes no place where it does not say how much is stored (`der(T) = P - k*T`, and not `der(T) = (P - k*T)/C`).  Where one equation follows the other variable and not the other way
 //! round (a lag, a tank below another one), nothing comes back, and nothing is exchanged.
 
 use std::sync::Arc;
@@ -132,8 +132,14 @@ mod tests {
 
     /// A body whose equation has these names.
     fn body(name: &str, unit: &str, storage: &str, mentions: &[&str]) -> Store {
-        let opening =
-            Opening { line: 1, equation: storage.into(), name: "more".into(), words: String::new(), replaces: false };
+        let opening = Opening {
+            line: 1,
+            equation: storage.into(),
+            name: "more".into(),
+            words: String::new(),
+            factor: String::new(),
+            replaces: false,
+        };
         let end = End::Equation { opening, path: "".into(), is_reversed: false };
         let law = Law { inputs: Vec::new(), output: "Q" };
         Store {

@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use hyd_compiler::{Balance, Command, Opening, balances, commands, opened};
+use hyd_compiler::{Balance, Command, Opening, Scaled, balances, commands, opened};
 use hyd_system::Tables;
 
 use crate::catalogue::door::{Door, End, Law};
@@ -178,12 +178,14 @@ fn store(balance: &Balance, site: &Site, tables: &Tables) -> Store {
     };
     let unit = tables.find(&driver).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone());
     let flow = kind.map_or("", |kind| kind.law.1);
+    let scaled = self::kind(balance, &tables.find(&site.path).map_or("".into(), |(own, _)| own.unit.clone())).1;
+    let of_flow = scaled.map_or(balance.site.unit.as_deref(), |own| own.factor.unit.as_deref());
     Store {
         site: site.clone(),
         driver,
-        units: [unit, balance.site.unit.as_deref().unwrap_or_default().into()],
+        units: [unit, of_flow.unwrap_or_default().into()],
         storage: site.scales.iter().find(|(name, _)| name == flow).map_or_else(String::new, |(_, text)| text.clone()),
-        is_bare: balance.storage.trim_start_matches(['-', '+', ' ']) == balance.rate,
+        is_bare: scaled.is_none() && balance.storage.trim_start_matches(['-', '+', ' ']) == balance.rate,
         mentions: balance.mentions.iter().map(full).collect(),
     }
 }
@@ -281,8 +283,9 @@ fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Si
     let full = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
     let state = full(&balance.state);
     let unit = tables.find(&state).map_or("", |(variable, _)| &*variable.unit);
-    let kind = kind(balance, unit);
-    let storage = in_model(balance, &full, tables);
+    let (kind, scaled) = kind(balance, unit);
+    let (storage, names) = scaled.map_or((&balance.storage, &balance.names), |own| (&own.storage, &own.names));
+    let storage = in_model(storage, names, &full, tables);
     let rate = if balance.rate.starts_with("der(") { format!("der({state})") } else { full(&balance.rate) };
     let mut inputs = vec![(kind.law.0, Some(state.clone()))];
     let mut scales = vec![(kind.law.0.to_string(), state.clone()), (kind.law.1.to_string(), storage.clone())];
@@ -300,8 +303,9 @@ fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Si
     let end = if is_own {
         let name = free(&format!("further_{}", kind.id), workshop, known)?;
         let (line, equation) = (balance.site.line, balance.site.text.clone());
-        let opening =
-            Opening { line, equation, name, words: format!("what the {} lacks", kind.words), replaces: false };
+        let (words, factor) =
+            (format!("what the {} lacks", kind.words), scaled.map_or_else(String::new, |own| own.factor.text.clone()));
+        let opening = Opening { line, equation, name, words, factor, replaces: false };
         opened(&workshop.preamble, std::slice::from_ref(&opening))?;
         End::Equation { opening, path: path.clone(), is_reversed: balance.is_reversed }
     } else {
@@ -342,8 +346,14 @@ fn command(command: Command, workshop: &Workshop<'_>, known: &[Site]) -> Option<
         None => None,
         Some(equation) => {
             let free = free(&format!("given_{name}"), workshop, known)?;
-            let opening =
-                Opening { line, equation, name: free, words: format!("what {name} is given"), replaces: true };
+            let opening = Opening {
+                line,
+                equation,
+                name: free,
+                words: format!("what {name} is given"),
+                factor: String::new(),
+                replaces: true,
+            };
             opened(&workshop.preamble, std::slice::from_ref(&opening))?;
             Some(opening)
         }
@@ -362,9 +372,9 @@ fn command(command: Command, workshop: &Workshop<'_>, known: &[Site]) -> Option<
 }
 
 /// The term that stores, with the names of the model.
-fn in_model(balance: &Balance, full: &dyn Fn(&str) -> String, tables: &Tables) -> String {
-    let mut text = balance.storage.clone();
-    let mut names = balance.names.clone();
+fn in_model(storage: &str, names: &[(usize, usize)], full: &dyn Fn(&str) -> String, tables: &Tables) -> String {
+    let mut text = storage.to_string();
+    let mut names = names.to_vec();
     names.sort_unstable();
     for &(from, to) in names.iter().rev() {
         let own = full(&text[from..to]);
@@ -376,9 +386,16 @@ fn in_model(balance: &Balance, full: &dyn Fn(&str) -> String, tables: &Tables) -
     text
 }
 
-/// What a balance is of.
-fn kind(balance: &Balance, unit: &str) -> &'static Kind {
+/// What a balance is of; where it is solved for its rate, with what multiplies that which comes in.
+fn kind<'b>(balance: &'b Balance, unit: &str) -> (&'static Kind, Option<&'b Scaled>) {
     let by = |is: &dyn Fn(&Kind) -> bool| KINDS.iter().find(|kind| is(kind));
+    // By the unit of what comes in, beside that of what is stored.
+    for scaled in &balance.scaled {
+        let own = scaled.factor.unit.as_deref().unwrap_or_default();
+        if let Some(kind) = by(&|kind| kind.units.contains(&own) && kind.stored.contains(&unit)) {
+            return (kind, Some(scaled));
+        }
+    }
     let own = balance.site.unit.as_deref().filter(|unit| !unit.is_empty());
     let is_second = balance.integral.is_some();
     let name = balance.state.rsplit('.').next().unwrap_or(&balance.state).to_lowercase();
@@ -389,9 +406,14 @@ fn kind(balance: &Balance, unit: &str) -> &'static Kind {
             rest.is_some_and(|rest| own.len() > 1 || !rest.starts_with(|c: char| c.is_alphabetic()))
         })
     };
-    by(&|kind| own.is_some_and(|own| kind.units.contains(&own)))
+    let kind = by(&|kind| own.is_some_and(|own| kind.units.contains(&own)))
         .or_else(|| by(&|kind| kind.stored.contains(&unit)))
         .or_else(|| by(&|kind| begins(kind) && (kind.id == "voltage" || !is_second)))
         .or_else(|| by(&|kind| is_second && kind.id == "force"))
-        .unwrap_or(&KINDS[KINDS.len() - 1])
+        .unwrap_or(&KINDS[KINDS.len() - 1]);
+    // Without units: a pressure has a stiffness above and a volume below the line, all else has what it stores below it.
+    let is_unknown = |own: &&Scaled| own.factor.unit.as_deref().unwrap_or_default().is_empty();
+    let of_unknown = balance.scaled.iter().filter(is_unknown);
+    let scaled = if name.starts_with('p') && kind.id == "flow" { of_unknown.last() } else { of_unknown.take(1).next() };
+    (kind, scaled)
 }

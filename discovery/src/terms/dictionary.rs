@@ -268,6 +268,7 @@ mod tests {
             line: 7,
             text: "m*der(v) = -k*x".into(),
             unit: None,
+            factors: Vec::new(),
             variables: Vec::new(),
             refused: None,
         };

@@ -476,6 +476,7 @@ pub(crate) fn site_of(
         equation: equation.to_string(),
         name: free(&workshop.preamble, line)?,
         words: "what no library holds".to_string(),
+        factor: String::new(),
         replaces: false,
     };
     opened(&workshop.preamble, std::slice::from_ref(&opening))?;

@@ -60,6 +60,59 @@ fn a_leak_across_a_piston() {
     names(&bench, "named", "leak_between", "p_a and p_b", &[("k", 2e-11)]);
 }
 
+/// As textbooks write it: every equation is solved for its rate, the pressures have a bulk modulus above a volume, the body a mass below.
+#[test]
+fn a_leak_between_equations_solved_for_their_rates() {
+    let declared = CYLINDER
+        .model
+        .replace(
+            "  parameter Real C_a(unit = \"m3/Pa\") = 2e-12;\n",
+            "  parameter Real E(unit = \"Pa\") = 1e9;\n  parameter Real V_a(unit = \"m3\") = 2e-3;\n",
+        )
+        .replace("  parameter Real C_b(unit = \"m3/Pa\") = 3e-12;\n", "  parameter Real V_b(unit = \"m3\") = 3e-3;\n")
+        .replace("C_a*der(p_a) = q - A*v;", "der(p_a) = E/V_a*(q - A*v);")
+        .replace("C_b*der(p_b) = A*v - k_b*p_b;", "der(p_b) = A*E*v/V_b - k_b*p_b*E/V_b;")
+        .replace("m*der(v) = A*(p_a - p_b) - d*v;", "der(v) = (A*(p_a - p_b) - d*v)/m;");
+    assert!(!declared.contains("C_a") && !declared.contains("m*der(v)"), "{declared}");
+    let bench = Bench {
+        name: "solved",
+        model: Box::leak(declared.into_boxed_str()),
+        nuisances: &["A", "V_a", "V_b", "k_b", "m", "d"],
+        rates: |x, shot| cylinder(x, shot[3], 2e-11),
+        ..CYLINDER
+    };
+    names(&bench, "named", "leak_between", "p_a and p_b", &[("k", 2e-11)]);
+}
+
+/// A number that belongs to a force is a force where the equation says what the mass is.
+#[test]
+fn friction_of_a_body_whose_equation_is_solved_for_the_acceleration() {
+    let bench = Bench {
+        name: "sled",
+        model: "model Sled
+  parameter Real m = 4;
+  parameter Real d = 2;
+  parameter Real v0 = 0;
+  parameter Real F = 0 \"push\";
+  Real v(start = v0, fixed = true);
+equation
+  der(v) = (F - d*v)/m;
+end Sled;
+",
+        class: "Sled",
+        channels: &[("v_ms", "v", 1e-3)],
+        conditions: &["v0", "F"],
+        nuisances: &["d"],
+        shots: &[&[1.0, 0.0], &[2.0, 5.0], &[-1.5, 0.0], &[3.0, 3.0], &[-2.0, -4.0]],
+        shown: |_, value| value,
+        rates: |x, shot| vec![(shot[1] - 2.0 * x[0] - 1.5 * (x[0] / 1e-3).tanh()) / 4.0],
+        recorded: |_, value| value,
+        without: &[],
+        stop: 3.0,
+    };
+    names(&bench, "named", "coulomb_friction", "v", &[("F_c", 1.5)]);
+}
+
 #[test]
 fn a_cylinder_that_does_not_leak() {
     said_of_adequate(&CYLINDER);

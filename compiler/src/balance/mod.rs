@@ -4,11 +4,20 @@
 //! Newton's law `m*der(v) = F - d*v`, the node of a circuit `C*der(u) = i`, a tank `A*der(h) = q`, heat `C*der(T) = P`.  The rate may
 //! have a name of its own (`a = der(v)`).  Recognised is the form of the text alone; factors of the rate are taken to be positive,
 //! as masses, capacities and areas are.
+//!
+//! Many write a balance solved for the rate: `der(p) = E/V*(q - k*p)`, `der(v) = (F - d*v)/m`, `der(h) = q/A - k/A*sqrt(h)`.  Then what comes in
+//! stands behind a factor, and there may be two readings: divisors of all terms (`1/A`), or these and what else multiplies the sum (`E/V`).
+//! The form does not say which; units do, and both are given.
 
 use hyd_source::Files;
 use hyd_syntax::tree::{Arguments, BinaryOp, ClassBody, ComponentRef, EquationKind, Expr, ExprKind, UnaryOp};
 
 use crate::injection::InjectionSite;
+
+pub use factors::Factor;
+pub(crate) use factors::factors;
+
+mod factors;
 
 /// An equation that says what a stored quantity follows from.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -25,10 +34,23 @@ pub struct Balance {
     pub names: Vec<(usize, usize)>,
     /// What is added on the right side takes away from what is stored.
     pub is_reversed: bool,
+    /// Where the equation is solved for the rate: what may stand between the rate and what comes in.
+    pub scaled: Vec<Scaled>,
     /// The variable of which `state` is the rate: the position of a velocity, the charge of a current.
     pub integral: Option<String>,
     /// Names that stand in the equation.
     pub mentions: Vec<String>,
+}
+
+/// A reading of an equation that is solved for the rate.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Scaled {
+    /// What multiplies that which comes in: `E/V`, `1/m`.
+    pub factor: Factor,
+    /// The term that stores then: `V/E*der(p)`, `m*der(v)`.
+    pub storage: String,
+    /// Names of the component in that term, as bytes of it from and to.
+    pub names: Vec<(usize, usize)>,
 }
 
 /// The balances among the equations to which terms can be added, in their order.
@@ -51,9 +73,7 @@ pub fn balances(sites: &[InjectionSite]) -> Vec<Balance> {
             // It says what the rate is called.
             continue;
         }
-        let mut terms = Vec::new();
-        sum(left, false, &mut terms);
-        sum(right, true, &mut terms);
+        let terms = terms_of(left, right);
         let own = |name: &&(&str, String, String)| *name.0 == *site.path;
         let mut stores = Vec::new();
         for (term, is_negative) in terms {
@@ -74,13 +94,9 @@ pub fn balances(sites: &[InjectionSite]) -> Vec<Balance> {
         }
         let [(term, is_negative, (span, state))] = &stores[..] else { continue };
         let Some(turns) = factor(term, *span) else { continue };
-        let begin = term.span.start as usize;
-        let mut names = Vec::new();
-        walk(term, &mut |part| {
-            if let ExprKind::Ref(name) = &part.kind {
-                names.push((name.span.start as usize - begin, name.span.end as usize - begin));
-            }
-        });
+        let names = names_in(term);
+        let factors = site.factors.iter().filter(|_| term.span == *span);
+        let scaled = factors.filter_map(|factor| scaled(factor, written(text, *span))).collect();
         let mut mentions = Vec::new();
         for side in [left, right] {
             walk(side, &mut |part| {
@@ -97,11 +113,39 @@ pub fn balances(sites: &[InjectionSite]) -> Vec<Balance> {
             storage: written(text, term.span).to_string(),
             names,
             is_reversed: is_negative ^ turns,
+            scaled,
             integral,
             mentions,
         });
     }
     found
+}
+
+/// The terms of an equation, all on the left side, and whether each is taken away.
+fn terms_of<'e>(left: &'e Expr, right: &'e Expr) -> Vec<(&'e Expr, bool)> {
+    let mut terms = Vec::new();
+    sum(left, false, &mut terms);
+    sum(right, true, &mut terms);
+    terms
+}
+
+/// Names in a term, as bytes of it from and to.
+fn names_in(term: &Expr) -> Vec<(usize, usize)> {
+    let begin = term.span.start as usize;
+    let mut names = Vec::new();
+    walk(term, &mut |part| {
+        if let ExprKind::Ref(name) = &part.kind {
+            names.push((name.span.start as usize - begin, name.span.end as usize - begin));
+        }
+    });
+    names
+}
+
+/// The reading of a balance with a factor.
+fn scaled(factor: &Factor, rate: &str) -> Option<Scaled> {
+    let storage = format!("{}*{rate}", factor.inverse);
+    let (term, _, _) = sides(&format!("{storage} = 0"))?;
+    Some(Scaled { factor: factor.clone(), names: names_in(&term), storage })
 }
 
 /// True if the variable is a rate only, not one that is integrated elsewhere: `a = der(v)`, but not the `v` of `der(s) = v; m*der(v) = F`.
