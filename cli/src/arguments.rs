@@ -160,7 +160,7 @@ impl ModelArguments {
 #[derive(Args, Clone, Debug, Default)]
 pub struct LibraryArguments {
     /// Folder with libraries, or one library: class A is DIR/A/package.hyd or DIR/A.hyd, .mo serves too (repeatable; then
-    /// HYD_LIBRARY, then the built-in library)
+    /// HYD_LIBRARY, MODELICAPATH and the built-in library)
     #[arg(long = "library", value_name = "DIR")]
     pub library: Vec<PathBuf>,
     /// Lets models, studies, sets and plans name files outside of their own folder and those of the libraries

@@ -90,7 +90,7 @@ pub struct Mcp {
     /// The folder that is served: models, studies and tables are read there, results written there
     #[arg(value_name = "FOLDER")]
     pub folder: PathBuf,
-    /// Folder with libraries, or one library (repeatable; then HYD_LIBRARY, then the built-in library)
+    /// Folder with libraries, or one library (repeatable; then HYD_LIBRARY, MODELICAPATH and the built-in library)
     #[arg(long = "library", value_name = "DIR")]
     pub library: Vec<PathBuf>,
     /// Units that do not fit are errors in the texts of libraries, too, not only in those of the model

@@ -4,6 +4,9 @@
 //! 13.4, lays packages out; file names are compared without case.  A folder's name need not be that of its package where
 //! the `within` clause of the main file says which package it is.  Class names never become paths: they are only compared
 //! with the names that folders list.
+//!
+//! A folder of libraries may hold several versions of one (`Fluids 1.2.0`, section 18.8.3); which one is meant is what the main file and the
+//! libraries that were named say they use.  What such a library uses is also looked for beside it, last of all.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -11,14 +14,18 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hyd_compiler::{Head, SourceText, Sources, head};
+use hyd_compiler::{Head, SourceText, Sources, head, uses};
 
 use crate::inside::{is_inside, refuse_outside};
 use hyd_run::{TextError, read_text};
 
 include!(concat!(env!("OUT_DIR"), "/standard_library.rs"));
 
+mod chosen;
+
 const EXTENSIONS: [&str; 2] = ["hyd", "mo"];
+/// Texts and libraries that only the tool reads which they were encrypted for.
+const ENCRYPTED: [&str; 2] = ["moe", "mol"];
 
 /// A folder that is a package: the classes of `prefix` stand in it.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -26,12 +33,35 @@ struct Root {
     /// Full name of the package; empty for a folder of libraries.
     prefix: Vec<String>,
     folder: PathBuf,
+    /// The only file that counts, if the library is a file.
+    file: Option<String>,
+}
+
+impl Root {
+    fn folder(prefix: Vec<String>, folder: PathBuf) -> Self {
+        Self { prefix, folder, file: None }
+    }
+}
+
+/// A version of a library that a text says it uses.
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct Use {
+    /// File or library that says so.
+    by: String,
+    library: String,
+    version: String,
 }
 
 /// Library look-up in a fixed order: the package of the main file, the folders given, the built-in library.
 #[derive(Debug, Default)]
 pub struct LibraryPath {
     roots: Vec<Root>,
+    /// Folders in which libraries that were named stand, with what these use.
+    beside: Vec<(Vec<String>, PathBuf)>,
+    /// What the main file and the libraries that were named use.
+    uses: Vec<Use>,
+    /// Sentences on versions that are not those that are used.
+    remarks: Vec<String>,
     listings: BTreeMap<PathBuf, Vec<String>>,
     /// Files below this folder are named relative to it.
     base: Option<PathBuf>,
@@ -90,30 +120,74 @@ impl LibraryPath {
         }
         let mut folder = folder_of(file);
         self.data.insert(0, folder.clone());
+        self.add_uses(&format!("`{}`", file.display()), text);
         while !prefix.is_empty() {
-            self.roots.push(Root { prefix: prefix.clone(), folder: folder.clone() });
+            self.roots.push(Root::folder(prefix.clone(), folder.clone()));
             prefix.pop();
             folder = parent_of(&folder);
         }
     }
 
-    /// Adds a folder of libraries, or a folder that is a library itself.  `Err`: why it cannot be used.
+    /// Adds a folder of libraries, a folder that is a library itself, or the file of one.  `Err`: why it cannot be used.
     pub fn add_folder(&mut self, folder: &Path) -> Result<(), String> {
+        if folder.is_file() {
+            return self.add_file(folder);
+        }
         let names = self.list(folder).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => format!("there is no library folder `{}`", folder.display()),
             _ => format!("the library folder `{}` cannot be read: {error}", folder.display()),
         })?;
         self.data.push(folder.to_path_buf());
-        if let Some(name) = file_of(&names, "package") {
-            let path = folder.join(name);
-            let text = read_text(&path).map_err(|error| error.to_string())?;
-            let Head { mut within, package, .. } = head(&text);
-            within.extend(package);
-            self.roots.push(Root { prefix: within, folder: folder.to_path_buf() });
-        } else {
-            self.roots.push(Root { prefix: Vec::new(), folder: folder.to_path_buf() });
-        }
+        let Some(name) = file_of(&names, "package") else {
+            self.roots.push(Root::folder(Vec::new(), folder.to_path_buf()));
+            return Ok(());
+        };
+        let text = read_text(&folder.join(name)).map_err(|error| error.to_string())?;
+        let Head { mut within, package, .. } = head(&text);
+        within.extend(package);
+        self.add_library(&within, &text, &parent_of(folder));
+        self.roots.push(Root::folder(within, folder.to_path_buf()));
         Ok(())
+    }
+
+    /// Adds a library that is one file.
+    fn add_file(&mut self, file: &Path) -> Result<(), String> {
+        let name = file_name(file);
+        let has_extension = |extension: &&str| name.to_lowercase().ends_with(&format!(".{extension}"));
+        if ENCRYPTED.iter().any(|extension| has_extension(&extension)) {
+            return Err(encrypted(&name, file));
+        }
+        if !EXTENSIONS.iter().any(|extension| has_extension(&extension)) {
+            return Err(format!("`{}` is no library: neither a folder nor a `.mo` or `.hyd` file", file.display()));
+        }
+        let folder = folder_of(file);
+        let stem = name.rsplit_once('.').map_or(&*name, |(stem, _)| stem);
+        if stem.eq_ignore_ascii_case("package") {
+            return self.add_folder(&folder);
+        }
+        let text = read_text(file).map_err(|error| error.to_string())?;
+        let Head { within: mut prefix, package, .. } = head(&text);
+        prefix.push(package.unwrap_or_else(|| stem.to_string()));
+        self.add_library(&prefix, &text, &folder);
+        self.data.push(folder.clone());
+        self.roots.push(Root { prefix, folder, file: Some(name) });
+        Ok(())
+    }
+
+    /// What a library uses, and where that may stand: beside it.
+    fn add_library(&mut self, path: &[String], text: &str, folder: &Path) {
+        let used = self.add_uses(&format!("`{}`", path.join(".")), text);
+        if path.len() == 1 && !used.is_empty() {
+            self.beside.push((used, folder.to_path_buf()));
+        }
+    }
+
+    /// Takes note of what a text uses; the names of the libraries.
+    fn add_uses(&mut self, by: &str, text: &str) -> Vec<String> {
+        let used = uses(text);
+        let names = used.iter().map(|(library, _)| library.clone()).collect();
+        self.uses.extend(used.into_iter().map(|(library, version)| Use { by: by.into(), library, version }));
+        names
     }
 
     /// Names in a folder, sorted; a folder is read once.
@@ -172,20 +246,27 @@ impl LibraryPath {
     fn read(&mut self, folder: &Path, stem: &str) -> Result<Option<SourceText>, String> {
         for extension in EXTENSIONS {
             if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
-                let path = folder.join(name);
-                if !self.is_allowed(&path) {
-                    return Ok(None);
-                }
-                let text: Arc<str> = match self.open.get(&path) {
-                    Some(text) => text.clone(),
-                    None => read_text(&path).map_err(|error| error.to_string())?.into(),
-                };
-                let short = self.base.as_ref().and_then(|base| path.strip_prefix(base).ok()).unwrap_or(&path);
-                let name = short.display().to_string();
-                return Ok(Some(SourceText { name: name.into(), text }));
+                return self.read_file(&folder.join(name));
+            }
+        }
+        for extension in ENCRYPTED {
+            if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
+                return Err(encrypted(stem, &folder.join(name)));
             }
         }
         Ok(None)
+    }
+
+    fn read_file(&mut self, path: &Path) -> Result<Option<SourceText>, String> {
+        if !self.is_allowed(path) {
+            return Ok(None);
+        }
+        let text: Arc<str> = match self.open.get(path) {
+            Some(text) => text.clone(),
+            None => read_text(path).map_err(|error| error.to_string())?.into(),
+        };
+        let short = self.base.as_ref().and_then(|base| path.strip_prefix(base).ok()).unwrap_or(path);
+        Ok(Some(SourceText { name: short.display().to_string().into(), text }))
     }
 }
 
@@ -218,11 +299,29 @@ impl Sources for LibraryPath {
         // The package of the main file first, its inner folders before the outer; folders of libraries in their order.
         fitting.sort_by_key(|root| Reverse(root.prefix.len()));
         for root in fitting {
-            if let Some(text) = self.find_in(&root.folder, &path[root.prefix.len()..])? {
-                return Ok(Some(text));
+            let found = match &root.file {
+                Some(name) if path.len() == root.prefix.len() => self.read_file(&root.folder.join(name))?,
+                Some(_) => None,
+                None if root.prefix.is_empty() => self.find_library(&root.folder, path)?,
+                None => self.find_in(&root.folder, &path[root.prefix.len()..])?,
+            };
+            if let Some(found) = found {
+                self.compare_version(path, &found);
+                return Ok(Some(found));
             }
         }
-        Ok(built_in(path).or_else(|| self.nearly_named(path)))
+        if let Some(found) = built_in(path) {
+            return Ok(Some(found));
+        }
+        for (names, folder) in self.beside.clone() {
+            if path.first().is_some_and(|first| names.iter().any(|name| **name == **first))
+                && let Some(found) = self.find_library(&folder, path)?
+            {
+                self.compare_version(path, &found);
+                return Ok(Some(found));
+            }
+        }
+        Ok(self.nearly_named(path))
     }
 
     fn data(&mut self, name: &str) -> Result<Arc<str>, String> {
@@ -242,13 +341,20 @@ impl Sources for LibraryPath {
         Ok(text.into())
     }
 
+    fn remarks(&mut self) -> Vec<String> {
+        self.remarks.clone()
+    }
+
     fn class_names(&mut self) -> Vec<String> {
         if let Some(names) = &self.names {
             return names.clone();
         }
         let mut names = Vec::new();
-        for Root { prefix, folder } in self.roots.clone() {
-            self.collect_names(&folder, &prefix, &mut names);
+        for Root { prefix, folder, file } in self.roots.clone() {
+            match file {
+                Some(_) => names.push(prefix.join(".")),
+                None => self.collect_names(&folder, &prefix, &mut names),
+            }
         }
         let built_in = STANDARD_LIBRARY.iter().filter_map(|(name, _)| {
             let stem = name.strip_suffix("/package.hyd").or_else(|| name.strip_suffix(".hyd"))?;
@@ -266,14 +372,18 @@ impl LibraryPath {
     fn resource(&mut self, name: &str) -> Result<Option<PathBuf>, String> {
         let Some((package, path)) = name.split_once('/') else { return Ok(None) };
         let names: Vec<&str> = package.split('.').collect();
-        for root in self.roots.clone() {
+        let beside =
+            self.beside.iter().filter(|(used, _)| names.first().is_some_and(|name| used.iter().any(|own| own == name)));
+        let beside: Vec<Root> = beside.map(|(_, folder)| Root::folder(Vec::new(), folder.clone())).collect();
+        for root in self.roots.clone().into_iter().chain(beside) {
             let is_above = root.prefix.iter().map(String::as_str).eq(names.iter().take(root.prefix.len()).copied());
             if !is_above || names.len() < root.prefix.len() {
                 continue;
             }
             let mut folder = Some(root.folder);
-            for name in &names[root.prefix.len()..] {
+            for (k, name) in names.iter().enumerate().skip(root.prefix.len()) {
                 folder = match folder {
+                    Some(folder) if k == 0 => self.library_entry(&folder, name)?.map(|entry| folder.join(entry)),
                     Some(folder) => self.entry(&folder, name)?.map(|entry| folder.join(entry)),
                     None => None,
                 };
@@ -327,6 +437,11 @@ pub fn built_in_texts() -> impl Iterator<Item = (&'static str, &'static str)> {
 pub fn built_in_order(package: &str) -> &'static str {
     let wanted = package.strip_suffix("package.hyd").map(|folder| format!("{folder}package.order"));
     STANDARD_LIBRARY.iter().find(|(name, _)| wanted.as_deref() == Some(*name)).map_or("", |(_, text)| text)
+}
+
+/// Why a library or a class of one is not read.
+fn encrypted(name: &str, file: &Path) -> String {
+    format!("`{name}` is encrypted (`{}`): only the tool that it was made for can read it", file.display())
 }
 
 /// A text of the built-in standard library.

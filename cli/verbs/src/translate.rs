@@ -12,6 +12,8 @@ use crate::{clock, parameters};
 
 /// Environment variable with further library folders, separated as in `PATH`.
 const LIBRARY_VARIABLE: &str = "HYD_LIBRARY";
+/// The same for all tools that read Modelica (Modelica 3.6, section 13.4.1); its folders come last and need not exist.
+const COMMON_VARIABLE: &str = "MODELICAPATH";
 
 /// Where classes come from beside the folder of a model's file and the built-in library.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -71,6 +73,8 @@ pub fn compile_text(
         let wrong = parameters::refuse_unknown(flat, &request.set, &compilation.set_at_translation);
         compilation.diagnostics.extend(wrong);
     }
+    let remark = |sentence: String| Diagnostic::warning(Code::LibraryVersion, sentence);
+    compilation.diagnostics.extend(sources.remarks().into_iter().map(remark));
     compilation
 }
 
@@ -123,9 +127,12 @@ impl Libraries {
         if self.complete {
             return self.folders.clone();
         }
-        let listed = std::env::var_os(LIBRARY_VARIABLE).unwrap_or_default();
-        let listed = std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty());
-        self.folders.iter().cloned().chain(listed).collect()
+        let listed = |variable: &str| {
+            let listed = std::env::var_os(variable).unwrap_or_default();
+            std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty()).collect::<Vec<_>>()
+        };
+        let common = listed(COMMON_VARIABLE).into_iter().filter(|folder| folder.is_dir());
+        self.folders.iter().cloned().chain(listed(LIBRARY_VARIABLE)).chain(common).collect()
     }
 
     /// The file that a text in `folder` names.  `Err`: why it is not read.

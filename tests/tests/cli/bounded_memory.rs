@@ -12,7 +12,13 @@ fn within(folder: &Scratch, space: u64, arguments: &[&str]) -> (Option<i32>, Str
     let script = format!("ulimit -v {} && exec \"$0\" \"$@\"", space << 10);
     let mut command = Command::new("sh");
     command.args(["-c", &script, env!("CARGO_BIN_EXE_hyd-under-test")]).args(arguments);
-    let output = command.current_dir(folder.path()).env_remove("HYD_LIBRARY").env("NO_COLOR", "1").output().unwrap();
+    let output = command
+        .current_dir(folder.path())
+        .env_remove("HYD_LIBRARY")
+        .env_remove("MODELICAPATH")
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap();
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 

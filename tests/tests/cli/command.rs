@@ -23,7 +23,12 @@ impl Folder {
 
     fn hyd(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
-        command.args(arguments).current_dir(&self.0).env_remove("HYD_LIBRARY").stdin(Stdio::null());
+        command
+            .args(arguments)
+            .current_dir(&self.0)
+            .env_remove("HYD_LIBRARY")
+            .env_remove("MODELICAPATH")
+            .stdin(Stdio::null());
         command
     }
 
@@ -243,6 +248,46 @@ fn libraries_come_from_options_and_the_environment() {
     assert_eq!(flat(&[], Some("two")), two);
     assert_eq!(flat(&["--library", "one"], Some("two")), one);
     assert_eq!(flat(&[], None).0, Some(1));
+}
+
+/// Libraries as other tools keep them: in `MODELICAPATH`, several versions beside each other, one in a file.
+#[test]
+fn libraries_have_versions_and_a_common_path() {
+    let own = |version: &str, value: &str| {
+        format!(
+            "package Own annotation(version = \"{version}\");\n  model Part\n    parameter Real v = {value};\n  end Part;\nend Own;\n"
+        )
+    };
+    let user = |version: &str| {
+        format!("model Use\n  Own.Part part;\n  annotation(uses(Own(version = \"{version}\")));\nend Use;\n")
+    };
+    let folder = Folder::new(
+        "versions",
+        &[
+            ("old.mo", user("1.2.0").as_bytes()),
+            ("new.mo", user("3.0.0").as_bytes()),
+            ("all/Own 1.2.0/package.mo", own("1.2.0", "1").as_bytes()),
+            ("all/Own 2.1.0/package.mo", own("2.1.0", "2").as_bytes()),
+            ("foreign.mo", b"model M\n  Modelica.Blocks.Sources.Step s;\nend M;\n"),
+        ],
+    );
+    let said = |arguments: &[&str], common: &str| {
+        let mut command = folder.hyd(arguments);
+        let output = command.env("MODELICAPATH", common).output().unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        (output.status.code(), text(output.stdout), text(output.stderr))
+    };
+    let flat = |file: &str| said(&["equations", file, "--stage", "flat"], "nowhere:all");
+    let (code, printed, told) = flat("old.mo");
+    assert!(code == Some(0) && printed.contains("part.v = 1") && !told.contains("W0203"), "{printed}{told}");
+    let (code, printed, told) = flat("new.mo");
+    assert!(code == Some(0) && printed.contains("part.v = 2"), "{printed}{told}");
+    assert!(told.contains("warning[W0203]: `new.mo` uses `Own` 3.0.0, and 2.1.0 was found in"), "{told}");
+    let (code, printed, _) =
+        said(&["equations", "new.mo", "--stage", "flat", "--library", "all/Own 1.2.0/package.mo"], "");
+    assert!(code == Some(0) && printed.contains("part.v = 1"), "{printed}");
+    let (code, _, told) = said(&["check", "foreign.mo"], "");
+    assert!(code == Some(1) && told.contains("the Modelica Standard Library is not loaded"), "{told}");
 }
 
 #[test]

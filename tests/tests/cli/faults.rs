@@ -17,7 +17,12 @@ fn limited(folder: &Scratch, limits: &str, arguments: &[&str]) -> Output {
     let program = command(folder.path(), arguments);
     let mut shell = Command::new("sh");
     shell.args(["-c", &format!("{limits}; exec \"$@\""), "sh"]).arg(program.get_program()).args(arguments);
-    shell.current_dir(folder.path()).env_remove("HYD_LIBRARY").env("NO_COLOR", "1").stdin(Stdio::null());
+    shell
+        .current_dir(folder.path())
+        .env_remove("HYD_LIBRARY")
+        .env_remove("MODELICAPATH")
+        .env("NO_COLOR", "1")
+        .stdin(Stdio::null());
     shell.output().unwrap()
 }
 

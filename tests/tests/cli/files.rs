@@ -75,18 +75,15 @@ fn nesting_and_length_have_limits_and_no_stack_overflows() {
 }
 
 #[test]
-fn libraries_that_are_no_folders_are_refused() {
+fn what_is_no_library_is_refused() {
     let folder = Scratch::new();
     folder.write("m.hyd", "model M\nend M;\n");
     let outcome = run(folder.path(), &["check", "m.hyd", "--library", "none"]);
     assert_eq!((outcome.code, outcome.stderr.trim_end()), (Some(1), "error[E0105]: there is no library folder `none`"));
-    let outcome = run(folder.path(), &["check", "m.hyd", "--library", "m.hyd"]);
-    assert!(
-        outcome.stderr.starts_with("error[E0105]: the library folder `m.hyd` cannot be read"),
-        "{}",
-        outcome.stderr
-    );
-    assert_eq!(outcome.code, Some(1));
+    folder.write("notes.txt", "");
+    let outcome = run(folder.path(), &["check", "m.hyd", "--library", "notes.txt"]);
+    let expected = "error[E0105]: `notes.txt` is no library: neither a folder nor a `.mo` or `.hyd` file";
+    assert_eq!((outcome.code, outcome.stderr.trim_end()), (Some(1), expected));
 }
 
 #[test]

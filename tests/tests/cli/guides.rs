@@ -48,7 +48,12 @@ fn run(folder: &Path, line: &str) -> Outcome {
     let mut command = Command::new(program);
     command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
     command.env("HYD_UNIT", crate::units::library());
-    let command = command.args(&words[1..]).current_dir(folder).env_remove("HYD_LIBRARY").env("NO_COLOR", "1");
+    let command = command
+        .args(&words[1..])
+        .current_dir(folder)
+        .env_remove("HYD_LIBRARY")
+        .env_remove("MODELICAPATH")
+        .env("NO_COLOR", "1");
     let output = command.output().unwrap_or_else(|error| panic!("`{line}`: {error}"));
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     // The outputs of a linear model are variables.

@@ -65,7 +65,13 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
 /// The program with nothing of this machine's settings.
 pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
-    command.args(arguments).current_dir(folder).env_remove("HYD_LIBRARY").env("NO_COLOR", "1").stdin(Stdio::null());
+    command
+        .args(arguments)
+        .current_dir(folder)
+        .env_remove("HYD_LIBRARY")
+        .env_remove("MODELICAPATH")
+        .env("NO_COLOR", "1")
+        .stdin(Stdio::null());
     command
 }
 

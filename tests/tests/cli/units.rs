@@ -35,7 +35,7 @@ impl Drop for Unpacked {
 
 fn hyd(folder: &Path, arguments: &[&str]) -> std::process::Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
-    command.env("HYD_UNIT", library()).env("NO_COLOR", "1").env_remove("HYD_LIBRARY");
+    command.env("HYD_UNIT", library()).env("NO_COLOR", "1").env_remove("HYD_LIBRARY").env_remove("MODELICAPATH");
     command.args(arguments).current_dir(folder).output().expect("started")
 }
 

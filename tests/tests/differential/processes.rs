@@ -27,7 +27,12 @@ impl Scratch {
 
     fn run(&self, program: &Path, arguments: &[&str]) {
         let mut command = Command::new(program);
-        command.current_dir(&self.0).env_remove("HYD_LIBRARY").env("NO_COLOR", "1").args(arguments);
+        command
+            .current_dir(&self.0)
+            .env_remove("HYD_LIBRARY")
+            .env_remove("MODELICAPATH")
+            .env("NO_COLOR", "1")
+            .args(arguments);
         command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
         let output = command.output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr);

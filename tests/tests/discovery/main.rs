@@ -47,7 +47,13 @@ struct Outcome {
 
 fn hyd(folder: &Path, arguments: &[&str]) -> Outcome {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
-    let output = command.args(arguments).current_dir(folder).env_remove("HYD_LIBRARY").output().expect("runs");
+    let output = command
+        .args(arguments)
+        .current_dir(folder)
+        .env_remove("HYD_LIBRARY")
+        .env_remove("MODELICAPATH")
+        .output()
+        .expect("runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let outcome = Outcome { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) };
     assert!(!outcome.stderr.contains("panicked"), "{}", outcome.stderr);

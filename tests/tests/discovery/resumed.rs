@@ -16,7 +16,12 @@ fn a_search_that_was_killed_goes_on() {
     let set = thinned(&folder, "bench/B03", 4);
     let arguments = ["discover", "study.toml", "--bench", &set, "--library", "libraries", "--report", "report"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
-    let command = command.args(arguments).current_dir(&folder).env_remove("HYD_LIBRARY").stdout(Stdio::null());
+    let command = command
+        .args(arguments)
+        .current_dir(&folder)
+        .env_remove("HYD_LIBRARY")
+        .env_remove("MODELICAPATH")
+        .stdout(Stdio::null());
     let mut child = command.spawn().expect("runs");
     let fits = folder.join("report/fits.jsonl");
     let begin = Instant::now();

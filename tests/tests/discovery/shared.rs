@@ -28,7 +28,10 @@ fn command(folder: &Path, queue: &Path, set: &str, rest: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
     command.args(["discover", "study.toml", "--bench", set, "--library", "libraries"]).args(rest);
     let path = std::env::var("PATH").unwrap_or_default();
-    command.env("PATH", format!("{}:{path}", queue.join("bin").display())).env_remove("HYD_LIBRARY");
+    command
+        .env("PATH", format!("{}:{path}", queue.join("bin").display()))
+        .env_remove("HYD_LIBRARY")
+        .env_remove("MODELICAPATH");
     command.current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     command
 }

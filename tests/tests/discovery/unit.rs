@@ -22,7 +22,12 @@ fn library() -> PathBuf {
 
 fn hyd(folder: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
-    command.args(arguments).current_dir(folder).env("HYD_UNIT", library()).env_remove("HYD_LIBRARY");
+    command
+        .args(arguments)
+        .current_dir(folder)
+        .env("HYD_UNIT", library())
+        .env_remove("HYD_LIBRARY")
+        .env_remove("MODELICAPATH");
     let output = command.output().expect("runs");
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{error}");

@@ -11,6 +11,7 @@ use crate::case::{Expected, folder, texts};
 
 /// Codes without a case, and why.
 const WITHOUT_A_CASE: &[(&str, &str)] = &[
+    ("W0203", "versions stand in the names of folders; tests/tests/cli/command.rs brings it out"),
     ("E0215", "names are given on the command line, not in texts; tests/cases/bad_input/set_unknown.hyd brings it out"),
     (
         "E0406",

@@ -162,3 +162,90 @@ fn a_file_with_underscores_holds_a_class_but_hides_none() {
     library.add_folder(&third.0).unwrap();
     assert_eq!(find(&mut library, "WindMill"), Ok(None));
 }
+
+#[test]
+fn of_several_versions_the_one_that_is_used() {
+    let text = |version: &str| format!("package Own annotation(version = \"{version}\"); end Own;");
+    let texts = ["1.2.0", "1.10.0"].map(text);
+    let folder = Folder::new(
+        "versions",
+        &[
+            ("Own 1.2.0/package.mo", &texts[0]),
+            ("Own 1.2.0/Part.mo", "part of 1.2.0"),
+            ("Own 1.10.0/package.mo", &texts[1]),
+            ("Other 2.0.mo", "package Other end Other;"),
+            ("Ownership/package.mo", "package Ownership"),
+        ],
+    );
+    let library = |main: &str| {
+        let mut library = LibraryPath::new();
+        library.add_main_file(Path::new("elsewhere/m.mo"), main);
+        library.add_folder(&folder.0).unwrap();
+        library
+    };
+    let mut free = library("model M end M;");
+    assert_eq!(find(&mut free, "Own"), found(&texts[1]));
+    assert_eq!(find(&mut free, "Own.Part"), Ok(None));
+    assert_eq!(find(&mut free, "Other"), found("package Other end Other;"));
+    assert!(free.remarks().is_empty());
+    let mut bound = library("model M annotation(uses(Own(version = \"1.2.0\"))); end M;");
+    assert_eq!(find(&mut bound, "Own"), found(&texts[0]));
+    assert_eq!(find(&mut bound, "Own.Part"), found("part of 1.2.0"));
+    assert!(bound.remarks().is_empty());
+    let mut missing = library("model M annotation(uses(Own(version = \"2.0.0\"))); end M;");
+    assert_eq!(find(&mut missing, "Own"), found(&texts[1]));
+    let remarks = missing.remarks();
+    assert!(
+        remarks.len() == 1 && remarks[0].contains("`elsewhere/m.mo` uses `Own` 2.0.0, and 1.10.0 was found"),
+        "{remarks:?}"
+    );
+}
+
+#[test]
+fn what_a_library_uses_stands_beside_it() {
+    let own = "package Own annotation(uses(Other(version = \"1.0\"), Single(version = \"1.0\"))); end Own;";
+    let folder = Folder::new(
+        "beside",
+        &[
+            ("Own/package.mo", own),
+            ("Other/package.mo", "package Other"),
+            ("Single.mo", "package Single"),
+            ("Stranger/package.mo", "package Stranger"),
+        ],
+    );
+    let mut library = LibraryPath::new();
+    library.add_folder(&folder.0.join("Own")).unwrap();
+    assert_eq!(find(&mut library, "Other"), found("package Other"));
+    assert_eq!(find(&mut library, "Single"), found("package Single"));
+    assert_eq!(find(&mut library, "Stranger"), Ok(None));
+}
+
+#[test]
+fn a_library_may_be_a_file_and_may_be_encrypted() {
+    let folder = Folder::new(
+        "file",
+        &[
+            ("any.mo", "package Own end Own;"),
+            ("Model.hyd", "model Model end Model;"),
+            ("Whole/package.mo", "package Whole end Whole;"),
+            ("Whole/Secret.moe", "?"),
+            ("Packed.mol", "?"),
+            ("notes.txt", ""),
+        ],
+    );
+    let mut library = LibraryPath::new();
+    for file in ["any.mo", "Model.hyd", "Whole/package.mo"] {
+        library.add_folder(&folder.0.join(file)).unwrap();
+    }
+    assert_eq!(find(&mut library, "Own"), found("package Own end Own;"));
+    assert_eq!(find(&mut library, "Own.Part"), Ok(None));
+    assert_eq!(find(&mut library, "Model"), found("model Model end Model;"));
+    assert_eq!(find(&mut library, "Whole"), found("package Whole end Whole;"));
+    assert_eq!(find(&mut library, "any"), Ok(None));
+    let refused = find(&mut library, "Whole.Secret").unwrap_err();
+    assert!(refused.starts_with("`Secret` is encrypted"), "{refused}");
+    let refused = library.add_folder(&folder.0.join("Packed.mol")).unwrap_err();
+    assert!(refused.starts_with("`Packed.mol` is encrypted"), "{refused}");
+    let refused = library.add_folder(&folder.0.join("notes.txt")).unwrap_err();
+    assert!(refused.contains("is no library"), "{refused}");
+}

@@ -27,4 +27,9 @@ pub trait Sources {
     fn class_names(&mut self) -> Vec<String> {
         Vec::new()
     }
+
+    /// Sentences on what was found so far that a user should know: a library of another version than the text uses.
+    fn remarks(&mut self) -> Vec<String> {
+        Vec::new()
+    }
 }

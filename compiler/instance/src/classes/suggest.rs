@@ -177,7 +177,17 @@ impl ClassTable<'_> {
         let library = "other libraries are named with `--library FOLDER`";
         let help = help.or_else(|| (parts.len() > 1).then(|| library.to_string()));
         let message = format!("there is no class `{}` here", ident.name);
-        self.report(Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found").maybe_help(help));
+        let mut error = Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found");
+        if parts.len() > 1 && &*ident.name == "Modelica" {
+            error = error.help(
+                "the Modelica Standard Library is not loaded: name the folder that it stands in with `--library FOLDER` or in `MODELICAPATH`",
+            );
+            if help.as_deref() == Some(library) {
+                self.report(error);
+                return;
+            }
+        }
+        self.report(error.maybe_help(help));
     }
 }
 

@@ -27,7 +27,7 @@ impl Scratch {
     /// `hyd` with its launcher.
     pub(crate) fn hyd(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
-        command.env_remove("HYD_LIBRARY").env("NO_COLOR", "1");
+        command.env_remove("HYD_LIBRARY").env_remove("MODELICAPATH").env("NO_COLOR", "1");
         command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
         self.output(command.args(arguments))
     }

@@ -1,0 +1,81 @@
+//! Which version of a library is taken where a folder holds several, and what is said if it is not the one that is used.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use hyd_compiler::{SourceText, compare_versions, version};
+
+use super::{EXTENSIONS, LibraryPath};
+
+impl LibraryPath {
+    /// The text of a class of a library in a folder of libraries: of the version that is used, else of the folder or file without a version,
+    /// else of the latest one.
+    pub(super) fn find_library(&mut self, folder: &Path, path: &[Arc<str>]) -> Result<Option<SourceText>, String> {
+        let Some((name, rest)) = path.split_first() else { return Ok(None) };
+        let exact = self.exact_version(folder, name);
+        if exact.is_none()
+            && let Some(found) = self.find_in(folder, path)?
+        {
+            return Ok(Some(found));
+        }
+        let Some(entry) = exact.or_else(|| self.latest_version(folder, name)) else { return Ok(None) };
+        let place = folder.join(entry);
+        match rest {
+            rest if place.is_dir() => self.find_in(&place, rest),
+            [] => self.read_file(&place),
+            _ => Ok(None),
+        }
+    }
+
+    /// The folder or file of a library in a folder of libraries.
+    pub(super) fn library_entry(&mut self, folder: &Path, name: &str) -> Result<Option<String>, String> {
+        if let Some(exact) = self.exact_version(folder, name) {
+            return Ok(Some(exact));
+        }
+        Ok(self.entry(folder, name)?.or_else(|| self.latest_version(folder, name)))
+    }
+
+    fn exact_version(&mut self, folder: &Path, name: &str) -> Option<String> {
+        let used = self.uses.iter().find(|used| used.library == name)?.version.clone();
+        self.versions(folder, name).into_iter().find(|(version, _)| *version == used).map(|(_, entry)| entry)
+    }
+
+    fn latest_version(&mut self, folder: &Path, name: &str) -> Option<String> {
+        let versions = self.versions(folder, name).into_iter();
+        versions.max_by(|(a, _), (b, _)| compare_versions(a, b)).map(|(_, entry)| entry)
+    }
+
+    /// The versions of a library that stand in a folder as `Name 1.2.0` or `Name 1.2.0.mo`, with these names.
+    fn versions(&mut self, folder: &Path, name: &str) -> Vec<(String, String)> {
+        let names = self.list(folder).unwrap_or_default();
+        let version = |entry: &String| {
+            let rest = entry.strip_prefix(name)?.strip_prefix(' ')?;
+            let suffix = EXTENSIONS.iter().find_map(|extension| rest.strip_suffix(&format!(".{extension}")));
+            let version = suffix.unwrap_or(rest);
+            version.starts_with(|c: char| c.is_ascii_digit()).then(|| (version.to_string(), entry.clone()))
+        };
+        names.iter().filter_map(version).collect()
+    }
+
+    /// Takes note where the library that was found is older than the one that a text uses, or of another main version.
+    pub(super) fn compare_version(&mut self, path: &[Arc<str>], found: &SourceText) {
+        let [name] = path else { return };
+        let used: Vec<_> = self.uses.iter().filter(|used| *used.library == **name).cloned().collect();
+        if used.is_empty() {
+            return;
+        }
+        let Some(own) = version(&found.text) else { return };
+        let main = |version: &str| version.split('.').next().unwrap_or_default().to_string();
+        for used in used {
+            if compare_versions(&own, &used.version).is_lt() || main(&own) != main(&used.version) {
+                let sentence = format!(
+                    "{} uses `{name}` {}, and {own} was found in `{}`: what changed between the two may be missing or mean something else",
+                    used.by, used.version, found.name
+                );
+                if !self.remarks.contains(&sentence) {
+                    self.remarks.push(sentence);
+                }
+            }
+        }
+    }
+}
