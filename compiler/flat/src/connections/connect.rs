@@ -107,6 +107,11 @@ impl Connections {
         self.size[face as usize] - 1
     }
 
+    /// Whether two elements are in one set, seen from outside of their components.
+    pub(crate) fn are_joined(&mut self, one: u32, other: u32) -> bool {
+        self.find(2 * one + INSIDE) == self.find(2 * other + INSIDE)
+    }
+
     /// The text that first connected an element from outside of its component.
     pub(crate) fn joined_at(&self, element: u32) -> Option<Span> {
         self.span[(2 * element + INSIDE) as usize]

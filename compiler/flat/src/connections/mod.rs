@@ -11,6 +11,7 @@ pub(crate) mod model_ends;
 pub(crate) mod open_ends;
 mod own_input;
 pub(crate) mod potentials;
+mod short_circuits;
 mod streams;
 mod terminals;
 pub(crate) mod virtual_graph;

@@ -42,6 +42,7 @@ impl Flattener<'_, '_> {
             return;
         }
         self.check_connection_rules();
+        self.check_short_circuits();
         let ends = self.open_ends();
         let mut connects = Connects::default();
         let mut warnings: Vec<(Span, Vec<OpenEnd>)> = Vec::new();
