@@ -186,8 +186,8 @@ impl Display for SolveError {
                 place.near.as_deref().map_or(Ok(()), |near| near_lines(f, near))?;
                 hint(
                     f,
-                    "a `noEvent` whose condition keeps flipping needs an event or a smooth transition; otherwise raise the step limit \
-                     (`--max-steps`) or loosen the tolerance",
+                    "a `noEvent` or `sign` that keeps flipping needs an event or a smooth transition (`tanh(v/w)` with a small `w` for \
+                     `sign(v)`); otherwise raise the step limit (`--max-steps`) or loosen the tolerance",
                 )
             }
             SolveError::Interrupted { time } => write!(f, "interrupted at t = {time} s"),

@@ -23,6 +23,8 @@ use crate::{Failure, clock, interrupt, output};
 
 /// Jumps that are reported one by one.
 const MOST_JUMPS: usize = 5;
+/// From so many rows on a run says that they are many.
+const MANY_ROWS: usize = 5_000_000;
 /// Warnings that are reported one by one.
 const MOST_WARNINGS: usize = 20;
 
@@ -173,6 +175,7 @@ pub fn record(
         (Some(file), Some(path)) => close(file, path, status)?,
         _ => None,
     };
+    let many = many_rows(options);
     // A run that failed for them says why.
     let unknown = recorder.unknown_derivatives().filter(|_| outcome.is_ok()).into_iter().collect();
     let summary = RunSummary {
@@ -193,7 +196,7 @@ pub fn record(
         translate_s: facts.translate_s,
         simulate_s,
         counters: ran.counters,
-        warnings: [facts.warnings, ran.warnings, unknown].concat(),
+        warnings: [facts.warnings, ran.warnings, many, unknown].concat(),
         jumps: ran.jumps,
         result: result.map(|path| path.display().to_string()),
         plot: None,
@@ -218,6 +221,20 @@ fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structu
         list.push(format!("{reason}; `auto` takes the one-step method"));
     }
     list
+}
+
+/// What is said of more rows than anybody reads: they may take far longer than the run.
+fn many_rows(options: &Options) -> Vec<String> {
+    if options.every_step || options.intervals < MANY_ROWS {
+        return Vec::new();
+    }
+    let interval = (options.stop - options.start) / options.intervals as f64;
+    let sentence = format!(
+        "an output interval of {interval:.3e} s makes {} rows, which may take most of the time; `--intervals 500` makes fewer, and \
+         `Interval` of the model's `experiment` says how many by itself",
+        options.intervals.saturating_add(1)
+    );
+    vec![sentence]
 }
 
 /// What can be refused before any work.  `model`: the model's text, if there is one.
