@@ -23,6 +23,8 @@ use crate::{Failure, clock, interrupt, output};
 
 /// Jumps that are reported one by one.
 const MOST_JUMPS: usize = 5;
+/// Values beyond this (in SI units) are no quantity of a machine.
+const LARGE: f64 = 1e30;
 /// From so many rows on a run says that they are many.
 const MANY_ROWS: usize = 5_000_000;
 /// Warnings that are reported one by one.
@@ -176,6 +178,8 @@ pub fn record(
         _ => None,
     };
     let many = many_rows(options);
+    let last = recorder.last_values();
+    let grown = grown(&last).filter(|_| outcome.is_ok()).into_iter().collect();
     // A run that failed for them says why.
     let unknown = recorder.unknown_derivatives().filter(|_| outcome.is_ok()).into_iter().collect();
     let summary = RunSummary {
@@ -196,14 +200,14 @@ pub fn record(
         translate_s: facts.translate_s,
         simulate_s,
         counters: ran.counters,
-        warnings: [facts.warnings, ran.warnings, many, unknown].concat(),
+        warnings: [facts.warnings, ran.warnings, many, grown, unknown].concat(),
         jumps: ran.jumps,
         result: result.map(|path| path.display().to_string()),
         plot: None,
         profile_page: None,
         told: None,
         profile: ran.profile,
-        final_values: FinalValues(recorder.last_values()),
+        final_values: FinalValues(last),
         left_out,
     };
     Ok(Outcome { summary, result: outcome, recorder, rescue: ran.rescue })
@@ -221,6 +225,18 @@ fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structu
         list.push(format!("{reason}; `auto` takes the one-step method"));
     }
     list
+}
+
+/// What is said where a value at the end is larger than anything that is measured; of a state if one is that large.
+fn grown(last: &[(String, f64, String)]) -> Option<String> {
+    let large: Vec<&(String, f64, String)> = last.iter().filter(|(_, value, _)| value.abs() > LARGE).collect();
+    let is_state = |name: &str| last.iter().any(|(other, ..)| *other == format!("der({name})"));
+    let (name, value, unit) = large.iter().find(|(name, ..)| is_state(name)).or(large.first())?;
+    let space = if unit.is_empty() { "" } else { " " };
+    Some(format!(
+        "`{name}` is {value:.3e}{space}{unit} at the end: it grows without bound, as it does where a feedback, a force or a flow has the \
+         wrong sign"
+    ))
 }
 
 /// What is said of more rows than anybody reads: they may take far longer than the run.
