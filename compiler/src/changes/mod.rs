@@ -126,11 +126,13 @@ pub fn changes(
 ) -> Vec<Change> {
     let text = files.text(file);
     let stored = hyd_syntax::parse(file, text).value;
-    let labels = messages.iter().flat_map(|own| &own.labels).filter(|own| own.span.file == file);
+    // What joins both ends of a component is seen in the connections themselves.
+    let told = || messages.iter().filter(|own| own.code != Code::ShortCircuit);
+    let labels = told().flat_map(|own| &own.labels).filter(|own| own.span.file == file);
     let begins: Vec<u32> = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at as u32 + 1)).collect();
     let line = |byte: u32| begins.partition_point(|&begin| begin <= byte);
     let marked = labels.flat_map(|own| line(own.span.start)..=line(own.span.end)).collect::<BTreeSet<usize>>();
-    let said = messages.iter().flat_map(|own| std::iter::once(&own.message).chain(&own.notes));
+    let said = told().flat_map(|own| std::iter::once(&own.message).chain(&own.notes));
     let names = said.flat_map(|own| own.split('`').skip(1).step_by(2)).map(str::to_string).collect();
     let unconnected = messages.iter().filter(|own| own.message.starts_with("nothing is connected to"));
     let open = unconnected.flat_map(|own| own.message.split('`').skip(1).step_by(2)).map(str::to_string).collect();
