@@ -413,7 +413,7 @@ fn kind<'b>(balance: &'b Balance, unit: &str) -> (&'static Kind, Option<&'b Scal
         .unwrap_or(&KINDS[KINDS.len() - 1]);
     // Without units: a pressure has a stiffness above and a volume below the line, all else has what it stores below it.
     let is_unknown = |own: &&Scaled| own.factor.unit.as_deref().unwrap_or_default().is_empty();
-    let of_unknown = balance.scaled.iter().filter(is_unknown);
-    let scaled = if name.starts_with('p') && kind.id == "flow" { of_unknown.last() } else { of_unknown.take(1).next() };
+    let mut of_unknown = balance.scaled.iter().filter(is_unknown);
+    let scaled = if name.starts_with('p') && kind.id == "flow" { of_unknown.next_back() } else { of_unknown.next() };
     (kind, scaled)
 }

@@ -45,6 +45,11 @@ impl ParameterPlace {
     pub fn name(&self) -> &str {
         &self.name
     }
+
+    /// Both are one parameter, whatever it is called.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.index == other.index
+    }
 }
 
 /// Channels at the output points of a run, or why it failed.

@@ -9,7 +9,7 @@ use crate::evidence::further::further;
 use crate::evidence::location::Located;
 use crate::evidence::power::{Confusion, Power};
 use crate::evidence::proof::Gap;
-use crate::search::{Findings, Status, Tried};
+use crate::search::{Exact, Findings, Pass, Status, Tried};
 use crate::terms::law::{Law, MemoryNumber, Rival};
 use crate::unknowns::{EffectPart, Meaning};
 use crate::variant::Workshop;
@@ -45,6 +45,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "location": location(findings, workshop),
         "proposed": proposed(scene)?,
         "no_law": findings.no_law,
+        "exact": exact(findings),
         "units": units(scene),
         "missing": course::missing_over_time(scene),
         "law": findings.law.as_ref().map(|own| law(scene, own)).transpose()?,
@@ -60,15 +61,30 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "candidates": candidates(findings),
         "power": last.powers.iter().map(power).collect::<Vec<_>>(),
         "confusions": last.confusions.iter().map(confusion).collect::<Vec<_>>(),
-        "attempts": findings.passes.iter().map(|pass| pass.record.attempts.iter().map(|a|
-            json!({"start": a.start, "misfit": number(a.misfit), "cost": number(a.cost), "steps": a.steps, "converged": a.converged})
-        ).collect::<Vec<_>>()).collect::<Vec<_>>(),
+        "attempts": findings.passes.iter().map(attempts).collect::<Vec<_>>(),
         "seed": findings.seed,
         "needed": number(findings.needed),
         "simulations": findings.runs,
         "whole_loops": setup.watch.whole_loops.load(std::sync::atomic::Ordering::Relaxed),
         "seconds": seconds,
     }))
+}
+
+/// The fits that a pass began with.
+fn attempts(pass: &Pass) -> Vec<Value> {
+    let own = pass.record.attempts.iter().map(|a| {
+        json!({"start": a.start, "misfit": number(a.misfit), "cost": number(a.cost), "steps": a.steps, "converged": a.converged})
+    });
+    own.collect()
+}
+
+/// Parameters that the study takes as exact and that would explain what is missing.
+fn exact(findings: &Findings) -> Vec<Value> {
+    let own = |own: &Exact| {
+        json!({"parameter": own.parameter, "unit": own.unit, "stated": number(own.stated), "value": number(own.value), "gap": number(own.gap),
+            "words": super::summary::exact(own)})
+    };
+    findings.exact.iter().map(own).collect()
 }
 
 /// Units of other tools in the model, into which no search looks.

@@ -9,7 +9,8 @@ use super::{AllGaps, Scene, disturbed, json::proposed, nearest};
 use crate::Fault;
 use crate::catalogue::Candidate;
 use crate::evidence::proof::Gap;
-use crate::search::Status;
+use crate::magnitude::shown;
+use crate::search::{Exact, Status};
 use crate::unknowns::LIMIT;
 
 /// What came out, in one sentence.
@@ -65,6 +66,25 @@ pub(super) fn sentence(scene: &Scene<'_>) -> String {
             "unconverged: the fits did not end where they could be compared; no name is given".to_string()
         }
     }
+}
+
+/// What is said of a parameter that the study takes as exact.
+pub(super) fn exact(own: &Exact) -> String {
+    let unit = if own.unit.is_empty() || own.unit == "1" { String::new() } else { format!(" {}", own.unit) };
+    format!(
+        "`{}`, which the study takes as exact, would explain it: with {}{unit} instead of {} the gap is {:.2}; if it is not known that well, give it a \
+         tolerance in `[nuisances]`",
+        own.parameter,
+        rounded(own.value),
+        shown(own.stated),
+        own.gap
+    )
+}
+
+/// A number with three digits.
+fn rounded(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    shown(rounded)
 }
 
 /// The text of a law, and what else was fitted.
@@ -137,6 +157,9 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
             term["line"],
             figure("misfit")
         );
+    }
+    for own in &findings.exact {
+        let _ = writeln!(text, "  {}", exact(own));
     }
     if let Some(why) = &findings.no_law {
         let _ = writeln!(text, "  no law, because {why}");

@@ -171,6 +171,7 @@ impl Search<'_> {
             alike: Vec::new(),
             law: None,
             no_law: None,
+            exact: Vec::new(),
         };
         let (Some(first), Some(last)) = (findings.passes.first(), findings.passes.last()) else { return Ok(findings) };
         let doubt = self.doubt(first, last)?;

@@ -1,5 +1,6 @@
 //! What a search finds, pass by pass: candidates with their fits, what each has brought, and the answer.
 
+use super::exact::Exact;
 use super::rule;
 use crate::catalogue::Candidate;
 use crate::evidence::hypothesis::{Hypothesis, Look};
@@ -185,6 +186,8 @@ pub struct Findings {
     pub law: Option<Law>,
     /// Why terms that explain what is left are not a law.
     pub no_law: Option<String>,
+    /// Parameters taken as exact that would explain what is left, where nothing is named.
+    pub exact: Vec<Exact>,
 }
 
 impl Findings {

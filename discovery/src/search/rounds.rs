@@ -106,10 +106,12 @@ impl Search<'_> {
         if let Some(before) = unexplained.filter(|before| is_named && is_new(before)) {
             (findings, setup) = (before.findings, before.setup);
         }
-        findings.runs = self.setup.watch.runs() - begun;
         if findings.status == Status::Unknown {
             findings.no_law = both(why, findings.no_law);
         }
+        let last = Search { setup: setup.as_ref().unwrap_or(self.setup), ..self.again() };
+        findings.exact = last.exact(&mut findings)?;
+        findings.runs = self.setup.watch.runs() - begun;
         Ok((findings, setup))
     }
 

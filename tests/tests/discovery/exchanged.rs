@@ -1,7 +1,7 @@
 //! What passes from one balance to another: a leak across a piston, a bridge of heat.  Neither a leak of the one nor one of the other
 //! explains both.
 
-use crate::plain::{Bench, names, said_of_adequate};
+use crate::plain::{Bench, answer, names, said_of_adequate};
 
 /// Bulk modulus of the library's volumes (Pa).
 const STIFFNESS: f64 = 1.4e9;
@@ -82,6 +82,29 @@ fn a_leak_between_equations_solved_for_their_rates() {
         ..CYLINDER
     };
     names(&bench, "named", "leak_between", "p_a and p_b", &[("k", 2e-11)]);
+}
+
+/// A leak that the model has two and a half times too strong, and that the study trusts.  No effect takes a leak away; the number is told.
+#[test]
+fn a_number_that_is_trusted_and_wrong() {
+    let model = CYLINDER
+        .model
+        .replace("  parameter Real m(", "  parameter Real k_ab(unit = \"m3/(s.Pa)\") = 5e-11;\n  parameter Real m(")
+        .replace("C_a*der(p_a) = q - A*v;", "C_a*der(p_a) = q - A*v - k_ab*(p_a - p_b);")
+        .replace("C_b*der(p_b) = A*v - k_b*p_b;", "C_b*der(p_b) = A*v - k_b*p_b + k_ab*(p_a - p_b);");
+    let bench = Bench {
+        name: "trusted",
+        model: Box::leak(model.into_boxed_str()),
+        rates: |x, shot| cylinder(x, shot[3], 2e-11),
+        ..CYLINDER
+    };
+    let report = answer(&bench);
+    // Wrong gains look like it, too.
+    assert!(["unknown", "law", "ambiguous"].iter().any(|status| report["status"] == *status), "{report:#}");
+    let exact = report["exact"].as_array().expect("a list");
+    assert!(!exact.is_empty() && exact[0]["parameter"] == "k_ab", "{exact:#?}");
+    let number = |key: &str| exact[0][key].as_f64().expect("a number");
+    assert!((number("value") - 2e-11).abs() < 1e-12 && number("stated") == 5e-11 && number("gap") < 1.1, "{exact:#?}");
 }
 
 /// A number that belongs to a force is a force where the equation says what the mass is.
