@@ -153,11 +153,11 @@ impl LibraryPath {
     /// Adds a library that is one file.
     fn add_file(&mut self, file: &Path) -> Result<(), String> {
         let name = file_name(file);
-        let has_extension = |extension: &&str| name.to_lowercase().ends_with(&format!(".{extension}"));
-        if ENCRYPTED.iter().any(|extension| has_extension(&extension)) {
+        let has_extension = |extension: &str| name.to_lowercase().ends_with(&format!(".{extension}"));
+        if ENCRYPTED.iter().any(|extension| has_extension(extension)) {
             return Err(encrypted(&name, file));
         }
-        if !EXTENSIONS.iter().any(|extension| has_extension(&extension)) {
+        if !EXTENSIONS.iter().any(|extension| has_extension(extension)) {
             return Err(format!("`{}` is no library: neither a folder nor a `.mo` or `.hyd` file", file.display()));
         }
         let folder = folder_of(file);
