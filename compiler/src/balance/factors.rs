@@ -2,7 +2,7 @@
 
 use hyd_syntax::tree::{BinaryOp, Expr, ExprKind, UnaryOp};
 
-use super::{rate_of, sides, terms_of, written};
+use super::{rate_of, sides, terms_of, walk, written};
 
 /// What may multiply that which comes into a balance which is solved for the rate.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -29,19 +29,25 @@ pub(crate) fn factors(equation: &str) -> Vec<Factor> {
     if rates.len() != 1 {
         return Vec::new();
     }
+    let is_nothing = |term: &&&Expr| match term.kind {
+        ExprKind::Integer(value) => value == 0,
+        ExprKind::Real(value) => value == 0.0,
+        _ => false,
+    };
     let products: Vec<Product> = others
         .iter()
+        .filter(|term| !is_nothing(term))
         .map(|term| {
             let mut product = Product::default();
-            product.read(term, false, &text);
+            product.read(term, (false, false), &text);
             product
         })
         .collect();
     // Divisors of all, or of the only term that has any: `(F - d*v)/m - g`.
     let divided: Vec<&Product> = products.iter().filter(|product| !product.divisors.is_empty()).collect();
-    let divisors = match divided[..] {
-        [one] => one.divisors.clone(),
-        _ => common(&products, |product| &product.divisors),
+    let (divisors, turned) = match divided[..] {
+        [one] => (one.divisors.clone(), one.turned.clone()),
+        _ => (common(&products, |product| &product.divisors), common(&products, |product| &product.turned)),
     };
     let multipliers = match &products[..] {
         [one] if one.sums == 1 => one.multipliers.clone(),
@@ -61,12 +67,17 @@ pub(crate) fn factors(equation: &str) -> Vec<Factor> {
         inverse: written(below, above),
         unit: None,
     };
+    let has_call =
+        |parts: &[String]| parts.iter().any(|own| products.iter().any(|product| product.calls.contains(own)));
     let mut found = Vec::new();
-    if !divisors.is_empty() {
-        found.push(factor(&[], &divisors));
+    if has_call(&divisors) || has_call(&turned) {
+        return found;
     }
-    if !multipliers.is_empty() {
-        found.push(factor(&multipliers, &divisors));
+    if !divisors.is_empty() {
+        found.push(factor(&turned, &divisors));
+    }
+    if !multipliers.is_empty() && !has_call(&multipliers) {
+        found.push(factor(&[turned, multipliers].concat(), &divisors));
     }
     found
 }
@@ -78,31 +89,44 @@ struct Product {
     multipliers: Vec<String>,
     /// Divisors.
     divisors: Vec<String>,
+    /// Divisors of divisors, which belong to these: `1 + e` of `F/(m/(1 + e))`.
+    turned: Vec<String>,
     /// How many sums in parentheses it multiplies.
     sums: usize,
+    /// Those of the factors and divisors in which functions are called, whose names mean something in the text alone.
+    calls: Vec<String>,
 }
 
 impl Product {
-    fn read(&mut self, expression: &Expr, is_divisor: bool, text: &str) {
+    /// `place`: the expression is a divisor; it stands somewhere in what divides.
+    fn read(&mut self, expression: &Expr, (is_divisor, is_below): (bool, bool), text: &str) {
         match &expression.kind {
             ExprKind::Binary(BinaryOp::Mul, left, right) => {
-                self.read(left, is_divisor, text);
-                self.read(right, is_divisor, text);
+                self.read(left, (is_divisor, is_below), text);
+                self.read(right, (is_divisor, is_below), text);
             }
             ExprKind::Binary(BinaryOp::Div, left, right) => {
-                self.read(left, is_divisor, text);
-                self.read(right, !is_divisor, text);
+                self.read(left, (is_divisor, is_below), text);
+                self.read(right, (!is_divisor, true), text);
             }
-            ExprKind::Unary(UnaryOp::Minus | UnaryOp::Plus, inner) => self.read(inner, is_divisor, text),
+            ExprKind::Unary(UnaryOp::Minus | UnaryOp::Plus, inner) => self.read(inner, (is_divisor, is_below), text),
             ExprKind::Integer(1) => {}
-            ExprKind::Binary(BinaryOp::Add | BinaryOp::Sub, ..) if !is_divisor => self.sums += 1,
-            _ => self.push(expression, is_divisor, text),
+            // A sum within a divisor is a part of the capacity, on whichever side of the line it ends up.
+            ExprKind::Binary(BinaryOp::Add | BinaryOp::Sub, ..) if !is_below => self.sums += 1,
+            _ => {
+                let side = match (is_divisor, is_below) {
+                    (true, _) => &mut self.divisors,
+                    (false, true) => &mut self.turned,
+                    (false, false) => &mut self.multipliers,
+                };
+                // Parentheses are part of the text of an expression.
+                let own = written(text, expression.span);
+                side.push(own.into());
+                let mut has_call = false;
+                walk(expression, &mut |part| has_call |= matches!(part.kind, ExprKind::Call(..)));
+                self.calls.extend(has_call.then(|| own.to_string()));
+            }
         }
-    }
-
-    fn push(&mut self, expression: &Expr, is_divisor: bool, text: &str) {
-        let side = if is_divisor { &mut self.divisors } else { &mut self.multipliers };
-        side.push(written(text, expression.span).into());
     }
 }
 
@@ -145,6 +169,8 @@ mod tests {
         check("-der(v) = (d*v - F)/m", &[("1/m", "m")]);
         check("a = (F - d*v)/m", &[("1/m", "m")]);
         check("der(h) = q/A", &[("1/A", "A")]);
+        check("der(v) = (F - d*v)/(m/(1 + e))", &[("(1 + e)/m", "m/(1 + e)")]);
+        check("der(v) = (F - d*v)/(m_1*m_2/(m_1 + m_2))", &[("(m_1 + m_2)/(m_1*m_2)", "m_1*m_2/(m_1 + m_2)")]);
         check("der(i) = 1/L*(u - R*i)", &[("1/L", "L")]);
         check("der(T) = k*(T_a - T)/(m*c)", &[("1/(m*c)", "m*c"), ("k/(m*c)", "m*c/k")]);
     }
@@ -158,6 +184,7 @@ mod tests {
         // Gravity beside one force that is divided.
         check("der(v) = (F - d*v)/m - g", &[("1/m", "m")]);
         check("0 = q/A - der(h)", &[("1/A", "A")]);
+        check("0 = q/A - k/A*h - der(h)", &[("1/A", "A")]);
         // What a rate is called is known elsewhere.
         check("a = F/m - g", &[("1/m", "m")]);
         check("der(x) = (if x > 0 then a else b)/c", &[("1/c", "c")]);
@@ -173,6 +200,7 @@ mod tests {
             "der(v) = F - d*v",
             "a = b",
             "v*a = b/c",
+            "der(h) = (q - k*h)/area(h)",
         ] {
             check(equation, &[]);
         }

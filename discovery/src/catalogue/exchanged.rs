@@ -59,7 +59,8 @@ pub(super) fn between(stores: &[Store], (of, id): (&str, &str)) -> (Vec<Site>, V
     let of_bare = not_tried(&bare, &|store| {
         let rate = store.storage.trim_start_matches(['-', '+', ' ']);
         format!(
-            "an equation that is solved for the rate does not say how much is stored; write it with the capacity, mass or area, as C*{rate} = ..."
+            "an equation that is solved for the rate does not say how much is stored; write it with the capacity, mass or area, as C*{rate} = ..., or give \
+             all in it units"
         )
     });
     let of_amounts =

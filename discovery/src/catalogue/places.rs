@@ -125,14 +125,30 @@ pub(crate) fn found(
     let sites = workshop.injection_sites(&[], base.channel_names());
     let mut found: Vec<Site> = Vec::new();
     let mut stores: Vec<Store> = Vec::new();
+    let mut unnamed: Vec<String> = Vec::new();
     for balance in balances(&sites) {
         let is_new = |site: &Site| found.iter().all(|known| known.path != site.path);
+        let full = |name: &str| match balance.site.path.as_ref() {
+            "" => name.to_string(),
+            path => format!("{path}.{name}"),
+        };
+        // Elements of arrays have no names of their own here.
+        if base.tables().find(&full(&balance.state)).is_none() {
+            continue;
+        }
+        if let Some(name) = unknown_in(&balance.storage, &balance.names, &full, base.tables()) {
+            unnamed.push(format!(
+                "nothing is added to `{}`: `{name}` is no variable or parameter of the model",
+                balance.site.text.trim_end_matches(';')
+            ));
+            continue;
+        }
         if let Some(site) = place(&balance, &base, workshop, &found).filter(is_new) {
             stores.push(store(&balance, &site, base.tables()));
             found.push(site);
         }
     }
-    let mut sentences = Vec::new();
+    let mut sentences = unnamed;
     for (kind, pair) in KINDS.iter().filter_map(|kind| Some((kind, kind.pair?))).filter(|(_, pair)| asks(pair)) {
         let (sites, said) = between(&stores, (kind.id, pair));
         found.extend(sites);
@@ -178,7 +194,10 @@ fn store(balance: &Balance, site: &Site, tables: &Tables) -> Store {
     };
     let unit = tables.find(&driver).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone());
     let flow = kind.map_or("", |kind| kind.law.1);
-    let scaled = self::kind(balance, &tables.find(&site.path).map_or("".into(), |(own, _)| own.unit.clone())).1;
+    let is_known =
+        |own: &Scaled| unknown_in(&own.storage, &own.names, &|name| full(&name.to_string()), tables).is_none();
+    let scaled =
+        self::kind(balance, &tables.find(&site.path).map_or("".into(), |(own, _)| own.unit.clone()), &is_known).1;
     let of_flow = scaled.map_or(balance.site.unit.as_deref(), |own| own.factor.unit.as_deref());
     Store {
         site: site.clone(),
@@ -283,7 +302,7 @@ fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Si
     let full = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
     let state = full(&balance.state);
     let unit = tables.find(&state).map_or("", |(variable, _)| &*variable.unit);
-    let (kind, scaled) = kind(balance, unit);
+    let (kind, scaled) = kind(balance, unit, &|own| unknown_in(&own.storage, &own.names, &full, tables).is_none());
     let (storage, names) = scaled.map_or((&balance.storage, &balance.names), |own| (&own.storage, &own.names));
     let storage = in_model(storage, names, &full, tables);
     let rate = if balance.rate.starts_with("der(") { format!("der({state})") } else { full(&balance.rate) };
@@ -371,6 +390,32 @@ fn command(command: Command, workshop: &Workshop<'_>, known: &[Site]) -> Option<
     })
 }
 
+/// A name in a term that no variable or parameter of the model has, or a function in it: a constant of a package, which means nothing outside of the
+/// text.
+fn unknown_in(
+    storage: &str,
+    names: &[(usize, usize)],
+    full: &dyn Fn(&str) -> String,
+    tables: &Tables,
+) -> Option<String> {
+    let of = |&(from, to): &(usize, usize)| storage[from..to].to_string();
+    let called = storage.match_indices('(').filter_map(|(at, _)| {
+        let before = &storage[..at];
+        let begin = before.rfind(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).map_or(0, |k| k + 1);
+        Some(before[begin..].to_string()).filter(|name| !name.is_empty() && !EVERYWHERE.contains(&&**name))
+    });
+    names.iter().map(of).find(|name| tables.find(&full(name)).is_none()).or_else(|| {
+        let mut called = called;
+        called.next()
+    })
+}
+
+/// Functions that mean the same in every text.
+const EVERYWHERE: [&str; 21] = [
+    "der", "sqrt", "exp", "log", "log10", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
+    "abs", "sign", "min", "max", "noEvent", "smooth",
+];
+
 /// The term that stores, with the names of the model.
 fn in_model(storage: &str, names: &[(usize, usize)], full: &dyn Fn(&str) -> String, tables: &Tables) -> String {
     let mut text = storage.to_string();
@@ -387,10 +432,15 @@ fn in_model(storage: &str, names: &[(usize, usize)], full: &dyn Fn(&str) -> Stri
 }
 
 /// What a balance is of; where it is solved for its rate, with what multiplies that which comes in.
-fn kind<'b>(balance: &'b Balance, unit: &str) -> (&'static Kind, Option<&'b Scaled>) {
+fn kind<'b>(
+    balance: &'b Balance,
+    unit: &str,
+    is_known: &dyn Fn(&Scaled) -> bool,
+) -> (&'static Kind, Option<&'b Scaled>) {
     let by = |is: &dyn Fn(&Kind) -> bool| KINDS.iter().find(|kind| is(kind));
-    // By the unit of what comes in, beside that of what is stored.
-    for scaled in &balance.scaled {
+    // By the unit of what comes in, beside that of what is stored.  Without units nothing tells a capacity from a time constant, or from a variable
+    // that happens to divide.
+    for scaled in balance.scaled.iter().filter(|own| is_known(own)) {
         let own = scaled.factor.unit.as_deref().unwrap_or_default();
         if let Some(kind) = by(&|kind| kind.units.contains(&own) && kind.stored.contains(&unit)) {
             return (kind, Some(scaled));
@@ -411,9 +461,5 @@ fn kind<'b>(balance: &'b Balance, unit: &str) -> (&'static Kind, Option<&'b Scal
         .or_else(|| by(&|kind| begins(kind) && (kind.id == "voltage" || !is_second)))
         .or_else(|| by(&|kind| is_second && kind.id == "force"))
         .unwrap_or(&KINDS[KINDS.len() - 1]);
-    // Without units: a pressure has a stiffness above and a volume below the line, all else has what it stores below it.
-    let is_unknown = |own: &&Scaled| own.factor.unit.as_deref().unwrap_or_default().is_empty();
-    let mut of_unknown = balance.scaled.iter().filter(is_unknown);
-    let scaled = if name.starts_with('p') && kind.id == "flow" { of_unknown.next_back() } else { of_unknown.next() };
-    (kind, scaled)
+    (kind, None)
 }

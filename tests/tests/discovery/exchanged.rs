@@ -113,11 +113,11 @@ fn friction_of_a_body_whose_equation_is_solved_for_the_acceleration() {
     let bench = Bench {
         name: "sled",
         model: "model Sled
-  parameter Real m = 4;
-  parameter Real d = 2;
-  parameter Real v0 = 0;
-  parameter Real F = 0 \"push\";
-  Real v(start = v0, fixed = true);
+  parameter Real m(unit = \"kg\") = 4;
+  parameter Real d(unit = \"N.s/m\") = 2;
+  parameter Real v0(unit = \"m/s\") = 0;
+  parameter Real F(unit = \"N\") = 0 \"push\";
+  Real v(unit = \"m/s\", start = v0, fixed = true);
 equation
   der(v) = (F - d*v)/m;
 end Sled;
