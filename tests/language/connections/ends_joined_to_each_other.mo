@@ -1,4 +1,4 @@
-// Both ends of a component at one place: it does nothing.  A follower, a transformer and what a class joins inside are left alone.
+// Both ends of a component at one place: it does nothing.  A follower, a wall that stores something and what a class joins inside are left alone.
 // model: Run
 connector Pin
   Real v;
@@ -31,9 +31,18 @@ equation
   minus.i = 0;
   plus.v = minus.v;
 end Amplifier;
+model Wall
+  Pin p;
+  Pin n;
+  Real v(start = 0, fixed = true);
+equation
+  p.v - v = 2*p.i;
+  n.v - v = 2*n.i;
+  der(v) = p.i + n.i;
+end Wall;
 model Inside
   Pin p;
-  R r; // warning W0302: `r.p` and `r.n` are connected to each other, so nothing can differ between them and `r` has no effect
+  R r; // warning W0302: `r.p` and `r.n` are connected to each other, so no difference between them acts on `r`
 equation
   connect(p, r.p);
   connect(p, r.n);
@@ -42,12 +51,15 @@ model Run
   Level level;
   Ground ground;
   R between;
-  R idle; // warning W0302: `idle.p` and `idle.n` are connected to each other, so nothing can differ between them and `idle` has no effect
+  R idle; // warning W0302: `idle.p` and `idle.n` are connected to each other, so no difference between them acts on `idle`
   R load;
   R rows[2];
   Amplifier follower;
   Inside inside;
+  Wall wall;
 equation
+  connect(wall.p, level.p);
+  connect(wall.n, level.p);
   connect(level.p, between.p);
   connect(between.n, ground.p);
   connect(idle.p, level.p);
@@ -64,4 +76,5 @@ equation
   // expect: between.p.i @ 1 = 1.5
   // expect: idle.p.i @ 1 = 0
   // expect: load.p.i @ 1 = 1.5
+  // expect: wall.v @ 1 = 1.896361676485673
 end Run;

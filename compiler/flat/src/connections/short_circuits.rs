@@ -1,11 +1,13 @@
 //! Components whose two ends are joined to each other: a damper with both flanges at one mass, a resistance with both pins at one node.
 //!
-//! Nothing can differ between their ends, so they do nothing, and the model runs without them and without a word.  One warning each for components of
-//! the user's own text; what a library joins inside its classes is its own matter.
+//! Nothing can differ between their ends, and most then do nothing: the model runs as if they were not there, without a word.  One warning each for
+//! components of the user's own text; what a library joins inside its classes is its own matter.  What stores something (a wall between a room and itself, a
+//! motor that is braked by a short circuit) acts all the same and is left alone.
 
 use hyd_instance::InstId;
 use hyd_source::{Code, Diagnostic, Span};
-use hyd_syntax::tree::ClassKind;
+use hyd_syntax::tree::{ClassBody, ClassKind, ComponentRef};
+use hyd_syntax::visit::{Role, Visitor};
 use rustc_hash::FxHashMap;
 
 use crate::state::flattener::Flattener;
@@ -39,11 +41,14 @@ impl Flattener<'_, '_> {
             if joined.iter().any(feels) {
                 continue;
             }
+            if self.has_rates(owner) {
+                continue;
+            }
             if joined.contains(&one) && joined.contains(&other) && self.meet(one, other) {
                 let instances = &self.scopes.instances;
                 let [name, one, other] = [owner, one, other].map(|inst| instances[inst].name.clone());
                 let message = format!(
-                    "`{name}.{one}` and `{name}.{other}` are connected to each other, so nothing can differ between them and `{name}` has no effect"
+                    "`{name}.{one}` and `{name}.{other}` are connected to each other, so no difference between them acts on `{name}`"
                 );
                 found.push((instances[owner].span, message));
             }
@@ -53,6 +58,22 @@ impl Flattener<'_, '_> {
             let help = "connect one of the two elsewhere, or remove the component";
             self.report(Diagnostic::warning(Code::ShortCircuit, message).at(declared, "").help(help));
         }
+    }
+
+    /// Whether a rate stands in the equations of a component or of what it is made of.
+    fn has_rates(&self, owner: InstId) -> bool {
+        let mut rates = Rates::default();
+        let mut open = vec![owner];
+        while let Some(inst) = open.pop().filter(|_| !rates.found) {
+            let instance = &self.scopes.instances[inst];
+            open.extend(&instance.children);
+            for frame in instance.shape.iter().flat_map(|shape| &shape.frames) {
+                if let ClassBody::Long { equations, .. } = &self.scopes.table.class(frame.class).def.body {
+                    equations.iter().flat_map(|section| &section.equations).for_each(|own| rates.equation(own));
+                }
+            }
+        }
+        rates.found
     }
 
     /// The two connectors of a component that have the same variables with a flow among them, if no third one has.
@@ -84,5 +105,17 @@ impl Flattener<'_, '_> {
             }
             _ => false,
         }
+    }
+}
+
+/// Looks for `der`.
+#[derive(Default)]
+struct Rates {
+    found: bool,
+}
+
+impl Visitor for Rates {
+    fn reference(&mut self, reference: &ComponentRef, _: Role) {
+        self.found |= matches!(&reference.parts[..], [only] if &*only.name.name == "der");
     }
 }
