@@ -35,11 +35,13 @@ struct Root {
     folder: PathBuf,
     /// The only file that counts, if the library is a file.
     file: Option<String>,
+    /// The package, or one around it, of the main file.
+    is_main: bool,
 }
 
 impl Root {
     fn folder(prefix: Vec<String>, folder: PathBuf) -> Self {
-        Self { prefix, folder, file: None }
+        Self { prefix, folder, file: None, is_main: false }
     }
 }
 
@@ -60,6 +62,8 @@ pub struct LibraryPath {
     beside: Vec<(Vec<String>, PathBuf)>,
     /// What the main file and the libraries that were named use.
     uses: Vec<Use>,
+    /// Libraries whose own uses are known.
+    followed: Vec<String>,
     /// Sentences on versions that are not those that are used.
     remarks: Vec<String>,
     listings: BTreeMap<PathBuf, Vec<String>>,
@@ -122,9 +126,16 @@ impl LibraryPath {
         self.data.insert(0, folder.clone());
         self.add_uses(&format!("`{}`", file.display()), text);
         while !prefix.is_empty() {
-            self.roots.push(Root::folder(prefix.clone(), folder.clone()));
+            self.roots.push(Root { is_main: true, ..Root::folder(prefix.clone(), folder.clone()) });
+            let parent = parent_of(&folder);
+            // What the library uses that the file belongs to may stand beside that.
+            if let [library] = &prefix[..]
+                && let Ok(Some(whole)) = self.read(&folder, "package")
+            {
+                self.add_library(std::slice::from_ref(library), &whole.text, &parent);
+            }
             prefix.pop();
-            folder = parent_of(&folder);
+            folder = parent;
         }
     }
 
@@ -139,6 +150,9 @@ impl LibraryPath {
         })?;
         self.data.push(folder.to_path_buf());
         let Some(name) = file_of(&names, "package") else {
+            if ENCRYPTED.iter().any(|extension| same_name(&names, &format!("package.{extension}")).is_some()) {
+                return Err(encrypted(&file_name(folder), folder));
+            }
             self.roots.push(Root::folder(Vec::new(), folder.to_path_buf()));
             return Ok(());
         };
@@ -170,7 +184,7 @@ impl LibraryPath {
         prefix.push(package.unwrap_or_else(|| stem.to_string()));
         self.add_library(&prefix, &text, &folder);
         self.data.push(folder.clone());
-        self.roots.push(Root { prefix, folder, file: Some(name) });
+        self.roots.push(Root { prefix, folder, file: Some(name), is_main: false });
         Ok(())
     }
 
@@ -251,7 +265,8 @@ impl LibraryPath {
         }
         for extension in ENCRYPTED {
             if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
-                return Err(encrypted(stem, &folder.join(name)));
+                let whole = file_name(folder);
+                return Err(encrypted(if stem == "package" { &whole } else { stem }, &folder.join(name)));
             }
         }
         Ok(None)
@@ -297,7 +312,7 @@ impl Sources for LibraryPath {
         let mut fitting: Vec<Root> =
             self.roots.iter().filter(|root| starts_with(path, &root.prefix)).cloned().collect();
         // The package of the main file first, its inner folders before the outer; folders of libraries in their order.
-        fitting.sort_by_key(|root| Reverse(root.prefix.len()));
+        fitting.sort_by_key(|root| Reverse(if root.is_main { root.prefix.len() } else { 0 }));
         for root in fitting {
             let found = match &root.file {
                 Some(name) if path.len() == root.prefix.len() => self.read_file(&root.folder.join(name))?,
@@ -306,6 +321,7 @@ impl Sources for LibraryPath {
                 None => self.find_in(&root.folder, &path[root.prefix.len()..])?,
             };
             if let Some(found) = found {
+                self.follow(path, &found, None);
                 self.compare_version(path, &found);
                 return Ok(Some(found));
             }
@@ -317,6 +333,7 @@ impl Sources for LibraryPath {
             if path.first().is_some_and(|first| names.iter().any(|name| **name == **first))
                 && let Some(found) = self.find_library(&folder, path)?
             {
+                self.follow(path, &found, Some(&folder));
                 self.compare_version(path, &found);
                 return Ok(Some(found));
             }
@@ -350,7 +367,7 @@ impl Sources for LibraryPath {
             return names.clone();
         }
         let mut names = Vec::new();
-        for Root { prefix, folder, file } in self.roots.clone() {
+        for Root { prefix, folder, file, .. } in self.roots.clone() {
             match file {
                 Some(_) => names.push(prefix.join(".")),
                 None => self.collect_names(&folder, &prefix, &mut names),

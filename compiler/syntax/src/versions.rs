@@ -66,18 +66,18 @@ fn annotated(text: &str, visit: &mut dyn FnMut(&[&str], &str)) {
     }
 }
 
-/// Compares versions by their numbers, as far as they are numbers: `1.10` comes after `1.9`, and `2.0 beta` before `2.0`.
+/// Compares versions by their numbers: `1.10` comes after `1.9`, `2.0 beta` before `2.0`, and what a packager adds (`1.2.0+maint.om`) does not count.
 pub fn compare_versions(one: &str, other: &str) -> Ordering {
-    let parts = |version: &str| -> (Vec<u64>, bool) {
-        let begin = version.trim();
-        let end = begin.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(begin.len());
-        let mut numbers: Vec<u64> = begin[..end].split('.').map(|part| part.parse().unwrap_or(0)).collect();
+    let parts = |version: &str| -> (Vec<u64>, bool, String) {
+        let version = version.split('+').next().unwrap_or_default().trim();
+        let end = version.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(version.len());
+        let mut numbers: Vec<u64> = version[..end].split('.').map(|part| part.parse().unwrap_or(0)).collect();
         while numbers.last() == Some(&0) {
             numbers.pop();
         }
-        (numbers, end == begin.len())
+        (numbers, end == version.len(), version[end..].to_string())
     };
-    parts(one).cmp(&parts(other)).then_with(|| one.cmp(other))
+    parts(one).cmp(&parts(other))
 }
 
 #[cfg(test)]
@@ -114,6 +114,8 @@ mod tests {
             ("2.0 beta", "2.0", Ordering::Less),
             ("3.2.3", "4.1.0", Ordering::Less),
             ("1.0.1", "1.0", Ordering::Greater),
+            ("1.2.0+maint.om", "1.2.0", Ordering::Equal),
+            ("1.2", "1.2.0", Ordering::Equal),
         ] {
             assert_eq!(compare_versions(one, other), expected, "{one} {other}");
         }

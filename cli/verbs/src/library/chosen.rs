@@ -36,8 +36,11 @@ impl LibraryPath {
     }
 
     fn exact_version(&mut self, folder: &Path, name: &str) -> Option<String> {
-        let used = self.uses.iter().find(|used| used.library == name)?.version.clone();
-        self.versions(folder, name).into_iter().find(|(version, _)| *version == used).map(|(_, entry)| entry)
+        let used: Vec<String> =
+            self.uses.iter().filter(|used| used.library == name).map(|used| used.version.clone()).collect();
+        let versions = self.versions(folder, name);
+        let of = |used: &String| versions.iter().find(|(version, _)| compare_versions(version, used).is_eq());
+        used.iter().find_map(of).map(|(_, entry)| entry.clone())
     }
 
     fn latest_version(&mut self, folder: &Path, name: &str) -> Option<String> {
@@ -55,6 +58,25 @@ impl LibraryPath {
             version.starts_with(|c: char| c.is_ascii_digit()).then(|| (version.to_string(), entry.clone()))
         };
         names.iter().filter_map(version).collect()
+    }
+
+    /// Takes note of what a library uses that was found; what stands beside it counts only for a library that stands beside a named one itself.
+    pub(super) fn follow(&mut self, path: &[Arc<str>], found: &SourceText, beside: Option<&Path>) {
+        let [name] = path else { return };
+        if self.followed.iter().any(|known| **known == **name) {
+            return;
+        }
+        self.followed.push(name.to_string());
+        let used = self.add_uses(&format!("`{name}`"), &found.text);
+        if let Some(folder) = beside {
+            if !used.is_empty() {
+                self.beside.push((used, folder.to_path_buf()));
+            }
+            // Its data files lie in it.
+            if let Ok(Some(entry)) = self.library_entry(folder, name) {
+                self.data.push(folder.join(entry));
+            }
+        }
     }
 
     /// Takes note where the library that was found is older than the one that a text uses, or of another main version.

@@ -249,3 +249,45 @@ fn a_library_may_be_a_file_and_may_be_encrypted() {
     let refused = library.add_folder(&folder.0.join("notes.txt")).unwrap_err();
     assert!(refused.contains("is no library"), "{refused}");
 }
+
+#[test]
+fn what_is_used_is_followed_and_named_folders_come_first() {
+    let own = |version: &str| format!("package Own annotation(version = \"{version}\"); end Own;");
+    let texts = ["1.2.0+b7", "2.0.0"].map(own);
+    let uses = "package U annotation(uses(Own(version = \"1.2.0\"))); end U;";
+    let folder = Folder::new(
+        "followed",
+        &[
+            ("all/U/package.mo", uses),
+            ("all/U/Part.mo", "within U; model Part end Part;"),
+            ("all/Own 1.2.0+maint.om/package.mo", &texts[0]),
+            ("all/Own 2.0.0/package.mo", &texts[1]),
+            ("named/Own/package.mo", "package Own end Own;"),
+            ("chain/A/package.mo", "package A annotation(uses(B(version = \"1\"))); end A;"),
+            ("chain/B/package.mo", "package B annotation(uses(C(version = \"1\"))); end B;"),
+            ("chain/C/package.mo", "package C end C;"),
+            ("Locked/package.moe", "?"),
+        ],
+    );
+    let mut all = LibraryPath::new();
+    all.add_folder(&folder.0.join("all")).unwrap();
+    assert_eq!(find(&mut all, "U"), found(uses));
+    assert_eq!(find(&mut all, "Own"), found(&texts[0]));
+    assert!(all.remarks().is_empty(), "{:?}", all.remarks());
+    // A folder of libraries that is named first comes before a library that is named later.
+    let mut two = LibraryPath::new();
+    two.add_folder(&folder.0.join("named")).unwrap();
+    two.add_folder(&folder.0.join("all/Own 2.0.0")).unwrap();
+    assert_eq!(find(&mut two, "Own"), found("package Own end Own;"));
+    let mut chain = LibraryPath::new();
+    chain.add_folder(&folder.0.join("chain/A")).unwrap();
+    assert_eq!(find(&mut chain, "C"), Ok(None));
+    assert_eq!(find(&mut chain, "B").map(|own| own.is_some()), Ok(true));
+    assert_eq!(find(&mut chain, "C"), found("package C end C;"));
+    // The library that the main file belongs to has neighbours, too.
+    let mut inside = LibraryPath::new();
+    inside.add_main_file(&folder.0.join("all/U/Part.mo"), "within U; model Part end Part;");
+    assert_eq!(find(&mut inside, "Own"), found(&texts[0]));
+    let refused = LibraryPath::new().add_folder(&folder.0.join("Locked")).unwrap_err();
+    assert!(refused.starts_with("`Locked` is encrypted"), "{refused}");
+}
