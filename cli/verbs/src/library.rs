@@ -14,7 +14,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hyd_compiler::{Head, SourceText, Sources, head, uses};
+use hyd_compiler::{Code, Diagnostic, Head, SourceText, Sources, head, uses};
 
 use crate::inside::{is_inside, refuse_outside};
 use hyd_run::{TextError, read_text};
@@ -62,10 +62,10 @@ pub struct LibraryPath {
     beside: Vec<(Vec<String>, PathBuf)>,
     /// What the main file and the libraries that were named use.
     uses: Vec<Use>,
-    /// Libraries whose own uses are known.
-    followed: Vec<String>,
-    /// Sentences on versions that are not those that are used.
-    remarks: Vec<String>,
+    /// Libraries that were found: version, if they say one, and file.
+    versions: BTreeMap<String, (Option<String>, String)>,
+    /// What the user should know beside that.
+    remarks: Vec<Diagnostic>,
     listings: BTreeMap<PathBuf, Vec<String>>,
     /// Files below this folder are named relative to it.
     base: Option<PathBuf>,
@@ -164,6 +164,13 @@ impl LibraryPath {
         Ok(())
     }
 
+    /// Adds a folder that other tools look into as well: one that cannot be used is no reason to end.
+    pub fn add_common_folder(&mut self, folder: &Path) {
+        if let Err(sentence) = self.add_folder(folder) {
+            self.remarks.push(Diagnostic::warning(Code::FileAccess, format!("{sentence} (named by `MODELICAPATH`)")));
+        }
+    }
+
     /// Adds a library that is one file.
     fn add_file(&mut self, file: &Path) -> Result<(), String> {
         let name = file_name(file);
@@ -172,7 +179,10 @@ impl LibraryPath {
             return Err(encrypted(&name, file));
         }
         if !EXTENSIONS.iter().any(|extension| has_extension(extension)) {
-            return Err(format!("`{}` is no library: neither a folder nor a `.mo` or `.hyd` file", file.display()));
+            return Err(format!(
+                "`{}` is not a library: it is neither a folder nor a `.mo` or `.hyd` file",
+                file.display()
+            ));
         }
         let folder = folder_of(file);
         let stem = name.rsplit_once('.').map_or(&*name, |(stem, _)| stem);
@@ -322,7 +332,6 @@ impl Sources for LibraryPath {
             };
             if let Some(found) = found {
                 self.follow(path, &found, None);
-                self.compare_version(path, &found);
                 return Ok(Some(found));
             }
         }
@@ -334,7 +343,6 @@ impl Sources for LibraryPath {
                 && let Some(found) = self.find_library(&folder, path)?
             {
                 self.follow(path, &found, Some(&folder));
-                self.compare_version(path, &found);
                 return Ok(Some(found));
             }
         }
@@ -358,8 +366,8 @@ impl Sources for LibraryPath {
         Ok(text.into())
     }
 
-    fn remarks(&mut self) -> Vec<String> {
-        self.remarks.clone()
+    fn remarks(&mut self) -> Vec<Diagnostic> {
+        self.remarks.iter().cloned().chain(self.wrong_versions()).collect()
     }
 
     fn class_names(&mut self) -> Vec<String> {

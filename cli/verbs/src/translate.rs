@@ -73,8 +73,7 @@ pub fn compile_text(
         let wrong = parameters::refuse_unknown(flat, &request.set, &compilation.set_at_translation);
         compilation.diagnostics.extend(wrong);
     }
-    let remark = |sentence: String| Diagnostic::warning(Code::LibraryVersion, sentence);
-    compilation.diagnostics.extend(sources.remarks().into_iter().map(remark));
+    compilation.diagnostics.extend(sources.remarks());
     compilation
 }
 
@@ -109,8 +108,11 @@ impl Libraries {
             library.name_from(&folder);
         }
         library.add_main_file(file, text);
-        for folder in self.all_folders() {
+        for folder in self.named_folders() {
             library.add_folder(&folder)?;
+        }
+        for folder in self.common_folders() {
+            library.add_common_folder(&folder);
         }
         Ok(library)
     }
@@ -124,15 +126,19 @@ impl Libraries {
 
     /// All folders of libraries, those of the environment last.
     fn all_folders(&self) -> Vec<PathBuf> {
-        if self.complete {
-            return self.folders.clone();
-        }
-        let listed = |variable: &str| {
-            let listed = std::env::var_os(variable).unwrap_or_default();
-            std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty()).collect::<Vec<_>>()
-        };
-        let common = listed(COMMON_VARIABLE).into_iter().filter(|folder| folder.is_dir());
-        self.folders.iter().cloned().chain(listed(LIBRARY_VARIABLE)).chain(common).collect()
+        [self.named_folders(), self.common_folders()].concat()
+    }
+
+    /// Those that the user has named for this program.
+    fn named_folders(&self) -> Vec<PathBuf> {
+        let listed = if self.complete { Vec::new() } else { listed(LIBRARY_VARIABLE) };
+        self.folders.iter().cloned().chain(listed).collect()
+    }
+
+    /// Those that other tools look into as well, as far as they exist.
+    fn common_folders(&self) -> Vec<PathBuf> {
+        let listed = if self.complete { Vec::new() } else { listed(COMMON_VARIABLE) };
+        listed.into_iter().filter(|folder| folder.is_dir()).collect()
     }
 
     /// The file that a text in `folder` names.  `Err`: why it is not read.
@@ -145,4 +151,10 @@ impl Libraries {
         }
         Ok(path)
     }
+}
+
+/// The folders that an environment variable lists.
+fn listed(variable: &str) -> Vec<PathBuf> {
+    let listed = std::env::var_os(variable).unwrap_or_default();
+    std::env::split_paths(&listed).filter(|folder| !folder.as_os_str().is_empty()).collect()
 }

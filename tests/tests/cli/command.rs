@@ -268,6 +268,7 @@ fn libraries_have_versions_and_a_common_path() {
             ("new.mo", user("3.0.0").as_bytes()),
             ("all/Own 1.2.0/package.mo", own("1.2.0", "1").as_bytes()),
             ("all/Own 2.1.0/package.mo", own("2.1.0", "2").as_bytes()),
+            ("damaged/package.mo", b"package D \xe4 end D;"),
             ("foreign.mo", b"model M\n  Modelica.Blocks.Sources.Step s;\nend M;\n"),
         ],
     );
@@ -286,6 +287,10 @@ fn libraries_have_versions_and_a_common_path() {
     let (code, printed, _) =
         said(&["equations", "new.mo", "--stage", "flat", "--library", "all/Own 1.2.0/package.mo"], "");
     assert!(code == Some(0) && printed.contains("part.v = 1"), "{printed}");
+    // A folder that another tool may read does not end a run, and is not passed over in silence.
+    let (code, printed, told) = said(&["equations", "new.mo", "--stage", "flat"], "damaged:all");
+    assert!(code == Some(0) && printed.contains("part.v = 2"), "{printed}{told}");
+    assert!(told.contains("warning[E0105]") && told.contains("(named by `MODELICAPATH`)"), "{told}");
     let (code, _, told) = said(&["check", "foreign.mo"], "");
     assert!(code == Some(1) && told.contains("the Modelica Standard Library is not loaded"), "{told}");
 }

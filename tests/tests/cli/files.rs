@@ -75,14 +75,14 @@ fn nesting_and_length_have_limits_and_no_stack_overflows() {
 }
 
 #[test]
-fn what_is_no_library_is_refused() {
+fn what_is_not_a_library_is_refused() {
     let folder = Scratch::new();
     folder.write("m.hyd", "model M\nend M;\n");
     let outcome = run(folder.path(), &["check", "m.hyd", "--library", "none"]);
     assert_eq!((outcome.code, outcome.stderr.trim_end()), (Some(1), "error[E0105]: there is no library folder `none`"));
     folder.write("notes.txt", "");
     let outcome = run(folder.path(), &["check", "m.hyd", "--library", "notes.txt"]);
-    let expected = "error[E0105]: `notes.txt` is no library: neither a folder nor a `.mo` or `.hyd` file";
+    let expected = "error[E0105]: `notes.txt` is not a library: it is neither a folder nor a `.mo` or `.hyd` file";
     assert_eq!((outcome.code, outcome.stderr.trim_end()), (Some(1), expected));
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use hyd_compiler::{SourceText, compare_versions, version};
+use hyd_compiler::{Code, Diagnostic, SourceText, compare_versions, version};
 
 use super::{EXTENSIONS, LibraryPath};
 
@@ -38,18 +38,18 @@ impl LibraryPath {
     fn exact_version(&mut self, folder: &Path, name: &str) -> Option<String> {
         let used: Vec<String> =
             self.uses.iter().filter(|used| used.library == name).map(|used| used.version.clone()).collect();
-        let versions = self.versions(folder, name);
+        let versions = self.listed_versions(folder, name);
         let of = |used: &String| versions.iter().find(|(version, _)| compare_versions(version, used).is_eq());
         used.iter().find_map(of).map(|(_, entry)| entry.clone())
     }
 
     fn latest_version(&mut self, folder: &Path, name: &str) -> Option<String> {
-        let versions = self.versions(folder, name).into_iter();
+        let versions = self.listed_versions(folder, name).into_iter();
         versions.max_by(|(a, _), (b, _)| compare_versions(a, b)).map(|(_, entry)| entry)
     }
 
     /// The versions of a library that stand in a folder as `Name 1.2.0` or `Name 1.2.0.mo`, with these names.
-    fn versions(&mut self, folder: &Path, name: &str) -> Vec<(String, String)> {
+    fn listed_versions(&mut self, folder: &Path, name: &str) -> Vec<(String, String)> {
         let names = self.list(folder).unwrap_or_default();
         let version = |entry: &String| {
             let rest = entry.strip_prefix(name)?.strip_prefix(' ')?;
@@ -60,13 +60,14 @@ impl LibraryPath {
         names.iter().filter_map(version).collect()
     }
 
-    /// Takes note of what a library uses that was found; what stands beside it counts only for a library that stands beside a named one itself.
+    /// Takes note of a library that was found: of its version, and of what it uses.  What stands beside it counts only for a library that stands
+    /// beside a named one itself.
     pub(super) fn follow(&mut self, path: &[Arc<str>], found: &SourceText, beside: Option<&Path>) {
         let [name] = path else { return };
-        if self.followed.iter().any(|known| **known == **name) {
+        if self.versions.contains_key(&**name) {
             return;
         }
-        self.followed.push(name.to_string());
+        self.versions.insert(name.to_string(), (version(&found.text), found.name.to_string()));
         let used = self.add_uses(&format!("`{name}`"), &found.text);
         if let Some(folder) = beside {
             if !used.is_empty() {
@@ -79,25 +80,22 @@ impl LibraryPath {
         }
     }
 
-    /// Takes note where the library that was found is older than the one that a text uses, or of another main version.
-    pub(super) fn compare_version(&mut self, path: &[Arc<str>], found: &SourceText) {
-        let [name] = path else { return };
-        let used: Vec<_> = self.uses.iter().filter(|used| *used.library == **name).cloned().collect();
-        if used.is_empty() {
-            return;
-        }
-        let Some(own) = version(&found.text) else { return };
+    /// Warnings where a library is older than the one that a text uses, or of another main version, whichever of the two was read first.
+    pub(super) fn wrong_versions(&self) -> Vec<Diagnostic> {
         let main = |version: &str| version.split('.').next().unwrap_or_default().to_string();
-        for used in used {
-            if compare_versions(&own, &used.version).is_lt() || main(&own) != main(&used.version) {
+        let mut sentences: Vec<String> = Vec::new();
+        for used in &self.uses {
+            let Some((Some(own), file)) = self.versions.get(&used.library) else { continue };
+            if compare_versions(own, &used.version).is_lt() || main(own) != main(&used.version) {
                 let sentence = format!(
-                    "{} uses `{name}` {}, and {own} was found in `{}`: what changed between the two may be missing or mean something else",
-                    used.by, used.version, found.name
+                    "{} uses `{}` {}, and {own} was found in `{file}`: what changed between the two may be missing or mean something else",
+                    used.by, used.library, used.version
                 );
-                if !self.remarks.contains(&sentence) {
-                    self.remarks.push(sentence);
+                if !sentences.contains(&sentence) {
+                    sentences.push(sentence);
                 }
             }
         }
+        sentences.into_iter().map(|sentence| Diagnostic::warning(Code::LibraryVersion, sentence)).collect()
     }
 }

@@ -196,7 +196,7 @@ fn of_several_versions_the_one_that_is_used() {
     assert_eq!(find(&mut missing, "Own"), found(&texts[1]));
     let remarks = missing.remarks();
     assert!(
-        remarks.len() == 1 && remarks[0].contains("`elsewhere/m.mo` uses `Own` 2.0.0, and 1.10.0 was found"),
+        remarks.len() == 1 && remarks[0].message.contains("`elsewhere/m.mo` uses `Own` 2.0.0, and 1.10.0 was found"),
         "{remarks:?}"
     );
 }
@@ -247,7 +247,7 @@ fn a_library_may_be_a_file_and_may_be_encrypted() {
     let refused = library.add_folder(&folder.0.join("Packed.mol")).unwrap_err();
     assert!(refused.starts_with("`Packed.mol` is encrypted"), "{refused}");
     let refused = library.add_folder(&folder.0.join("notes.txt")).unwrap_err();
-    assert!(refused.contains("is no library"), "{refused}");
+    assert!(refused.contains("is not a library"), "{refused}");
 }
 
 #[test]
@@ -279,6 +279,14 @@ fn what_is_used_is_followed_and_named_folders_come_first() {
     two.add_folder(&folder.0.join("named")).unwrap();
     two.add_folder(&folder.0.join("all/Own 2.0.0")).unwrap();
     assert_eq!(find(&mut two, "Own"), found("package Own end Own;"));
+    // Whoever is read first: what uses another version may come after that was found.
+    let mut late = LibraryPath::new();
+    late.add_folder(&folder.0.join("all")).unwrap();
+    assert_eq!(find(&mut late, "Own"), found(&texts[1]));
+    assert!(late.remarks().is_empty());
+    assert_eq!(find(&mut late, "U"), found(uses));
+    let remarks = late.remarks();
+    assert!(remarks.len() == 1 && remarks[0].message.starts_with("`U` uses `Own` 1.2.0, and 2.0.0"), "{remarks:?}");
     let mut chain = LibraryPath::new();
     chain.add_folder(&folder.0.join("chain/A")).unwrap();
     assert_eq!(find(&mut chain, "C"), Ok(None));

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use hyd_source::Diagnostic;
+
 /// One text of a library.
 #[derive(Clone, Debug)]
 pub struct SourceText {
@@ -28,8 +30,8 @@ pub trait Sources {
         Vec::new()
     }
 
-    /// Sentences on what was found so far that a user should know: a library of another version than the text uses.
-    fn remarks(&mut self) -> Vec<String> {
+    /// Warnings about what was found so far: a library of another version than the text uses.
+    fn remarks(&mut self) -> Vec<Diagnostic> {
         Vec::new()
     }
 }
