@@ -15,7 +15,6 @@ use crate::catalogue::door::{Door, End, Law};
 use crate::catalogue::exchanged::{Store, between};
 use crate::catalogue::{Effect, SCALE, Site};
 use crate::data::ChannelInfo;
-use crate::machine::Machine;
 use crate::terms::law::{EQUATION, place_id, site_of};
 use crate::variant::Workshop;
 use crate::{Fault, Setup};
@@ -125,30 +124,17 @@ pub(crate) fn found(
     let sites = workshop.injection_sites(&[], base.channel_names());
     let mut found: Vec<Site> = Vec::new();
     let mut stores: Vec<Store> = Vec::new();
-    let mut unnamed: Vec<String> = Vec::new();
+    let mut sentences = Vec::new();
     for balance in balances(&sites) {
-        let is_new = |site: &Site| found.iter().all(|known| known.path != site.path);
-        let full = |name: &str| match balance.site.path.as_ref() {
-            "" => name.to_string(),
-            path => format!("{path}.{name}"),
-        };
-        // Elements of arrays have no names of their own here.
-        if base.tables().find(&full(&balance.state)).is_none() {
-            continue;
-        }
-        if let Some(name) = unknown_in(&balance.storage, &balance.names, &full, base.tables()) {
-            unnamed.push(format!(
-                "nothing is added to `{}`: `{name}` is no variable or parameter of the model",
-                balance.site.text.trim_end_matches(';')
-            ));
-            continue;
-        }
-        if let Some(site) = place(&balance, &base, workshop, &found).filter(is_new) {
-            stores.push(store(&balance, &site, base.tables()));
-            found.push(site);
+        match place(&balance, base.tables(), workshop, &found) {
+            Ok(Some(store)) if found.iter().all(|known| known.path != store.site.path) => {
+                found.push(store.site.clone());
+                stores.push(store);
+            }
+            Ok(_) => {}
+            Err(sentence) => sentences.push(sentence),
         }
     }
-    let mut sentences = unnamed;
     for (kind, pair) in KINDS.iter().filter_map(|kind| Some((kind, kind.pair?))).filter(|(_, pair)| asks(pair)) {
         let (sites, said) = between(&stores, (kind.id, pair));
         found.extend(sites);
@@ -181,32 +167,6 @@ pub(crate) fn found(
     }));
     found.extend(pairs(setup, workshop));
     Ok((found, sentences))
-}
-
-/// What is known of a balance for what may pass between it and another one.
-fn store(balance: &Balance, site: &Site, tables: &Tables) -> Store {
-    let path = &balance.site.path;
-    let full = |name: &String| if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-    let kind = KINDS.iter().find(|kind| *kind.id == *site.id);
-    let driver = match (site.door.ends(), kind.and_then(|kind| kind.potential)) {
-        ([End::Connector { connector, .. }], Some(potential)) => format!("{connector}.{potential}"),
-        _ => site.path.clone(),
-    };
-    let unit = tables.find(&driver).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone());
-    let flow = kind.map_or("", |kind| kind.law.1);
-    let is_known =
-        |own: &Scaled| unknown_in(&own.storage, &own.names, &|name| full(&name.to_string()), tables).is_none();
-    let scaled =
-        self::kind(balance, &tables.find(&site.path).map_or("".into(), |(own, _)| own.unit.clone()), &is_known).1;
-    let of_flow = scaled.map_or(balance.site.unit.as_deref(), |own| own.factor.unit.as_deref());
-    Store {
-        site: site.clone(),
-        driver,
-        units: [unit, of_flow.unwrap_or_default().into()],
-        storage: site.scales.iter().find(|(name, _)| name == flow).map_or_else(String::new, |(_, text)| text.clone()),
-        is_bare: scaled.is_none() && balance.storage.trim_start_matches(['-', '+', ' ']) == balance.rate,
-        mentions: balance.mentions.iter().map(full).collect(),
-    }
 }
 
 /// Every channel that may hear another one; none where there are too many.
@@ -291,20 +251,24 @@ pub(crate) fn of_laws(effects: &[Arc<Effect>], setup: &Setup, workshop: &Worksho
     Ok(found)
 }
 
-/// The place that a balance is, if an effect can come in there.
-fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Site]) -> Option<Site> {
-    let tables = base.tables();
+/// The place that a balance is, with what is known of it for what may pass between it and another one; none if no effect can come in there.  `Err`: a
+/// sentence on why not, where a user may ask.
+fn place(balance: &Balance, tables: &Tables, workshop: &Workshop<'_>, known: &[Site]) -> Result<Option<Store>, String> {
     let path = &balance.site.path;
-    // Elements of arrays have no names of their own here.
-    if path.contains('[') || balance.state.contains('[') {
-        return None;
-    }
     let full = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
     let state = full(&balance.state);
-    let unit = tables.find(&state).map_or("", |(variable, _)| &*variable.unit);
-    let (kind, scaled) = kind(balance, unit, &|own| unknown_in(&own.storage, &own.names, &full, tables).is_none());
+    // Elements of arrays have no names of their own here, and arrays are no scalars.
+    let Some((variable, _)) = tables.find(&state).filter(|_| !state.contains('[')) else { return Ok(None) };
+    let unit = variable.unit.clone();
+    let outside = |storage: &str, names: &[(usize, usize)]| outside(storage, names, &full, (tables, workshop));
+    let (kind, scaled) = kind(balance, &unit, &|own| outside(&own.storage, &own.names).is_some());
     let (storage, names) = scaled.map_or((&balance.storage, &balance.names), |own| (&own.storage, &own.names));
-    let storage = in_model(storage, names, &full, tables);
+    let equation = balance.site.text.trim_end_matches(';');
+    let Some(storage) = outside(storage, names) else {
+        return Err(format!(
+            "nothing is added to `{equation}`: a constant or function of its package stands in `{storage}`, which has no meaning outside of it"
+        ));
+    };
     let rate = if balance.rate.starts_with("der(") { format!("der({state})") } else { full(&balance.rate) };
     let mut inputs = vec![(kind.law.0, Some(state.clone()))];
     let mut scales = vec![(kind.law.0.to_string(), state.clone()), (kind.law.1.to_string(), storage.clone())];
@@ -314,38 +278,64 @@ fn place(balance: &Balance, base: &Machine, workshop: &Workshop<'_>, known: &[Si
         scales.extend(position.iter().map(|position| ("s".into(), position.clone())));
         inputs = vec![("s", position), ("v", Some(state.clone())), ("a", Some(rate))];
     } else {
-        inputs.push((kind.law.1, Some(storage)));
+        inputs.push((kind.law.1, Some(storage.clone())));
     }
     let law = Law { inputs, output: kind.law.2 };
     let file = workshop.shown_file(&balance.site.file).to_string();
     let is_own = !workshop.preamble.is_empty() && *balance.site.file == *workshop.name();
-    let end = if is_own {
-        let name = free(&format!("further_{}", kind.id), workshop, known)?;
-        let (line, equation) = (balance.site.line, balance.site.text.clone());
-        let (words, factor) =
-            (format!("what the {} lacks", kind.words), scaled.map_or_else(String::new, |own| own.factor.text.clone()));
-        let opening = Opening { line, equation, name, words, factor, replaces: false };
-        opened(&workshop.preamble, std::slice::from_ref(&opening))?;
-        End::Equation { opening, path: path.clone(), is_reversed: balance.is_reversed }
-    } else {
-        let (adapter, socket, flow) = kind.adapter?;
-        let ends = format!(".{flow}");
-        let connector = balance.mentions.iter().find_map(|name| name.strip_suffix(&ends))?;
-        if balance.is_reversed {
-            return None;
-        }
-        End::Connector { connector: full(connector), adapter, socket }
+    let end =
+        if is_own { opened_end(balance, (kind, scaled), workshop, known) } else { connected_end(balance, kind, &full) };
+    let Some(end) = end else { return Ok(None) };
+    let driver = match (&end, kind.potential) {
+        (End::Connector { connector, .. }, Some(potential)) => format!("{connector}.{potential}"),
+        _ => state.clone(),
     };
-    Some(Site {
-        id: kind.id.into(),
-        path: state,
-        words: Arc::from(format!("{}: {}", kind.words, balance.site.text.trim_end_matches(';'))),
-        channel: None,
-        file: file.into(),
+    let unit_of = |name: &str| tables.find(name).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone());
+    let of_flow = scaled.map_or(balance.site.unit.as_deref(), |own| own.factor.unit.as_deref());
+    Ok(Some(Store {
+        units: [unit_of(&driver), of_flow.unwrap_or_default().into()],
+        driver,
+        storage,
+        is_bare: scaled.is_none() && balance.storage.trim_start_matches(['-', '+', ' ']) == balance.rate,
+        mentions: balance.mentions.iter().map(|name| full(name)).collect(),
+        site: Site {
+            id: kind.id.into(),
+            path: state,
+            words: Arc::from(format!("{}: {equation}", kind.words)),
+            channel: None,
+            file: file.into(),
+            line: balance.site.line,
+            door: Door::Balance { end, law },
+            scales,
+        },
+    }))
+}
+
+/// How something comes into an equation of the model's file.
+fn opened_end(
+    balance: &Balance,
+    (kind, scaled): (&Kind, Option<&Scaled>),
+    workshop: &Workshop<'_>,
+    known: &[Site],
+) -> Option<End> {
+    let opening = Opening {
         line: balance.site.line,
-        door: Door::Balance { end, law },
-        scales,
-    })
+        equation: balance.site.text.clone(),
+        name: free(&format!("further_{}", kind.id), workshop, known)?,
+        words: format!("what the {} lacks", kind.words),
+        factor: scaled.map_or_else(String::new, |own| own.factor.text.clone()),
+        replaces: false,
+    };
+    opened(&workshop.preamble, std::slice::from_ref(&opening))?;
+    Some(End::Equation { opening, path: balance.site.path.clone(), is_reversed: balance.is_reversed })
+}
+
+/// How something comes into a component of a library.
+fn connected_end(balance: &Balance, kind: &Kind, full: &dyn Fn(&str) -> String) -> Option<End> {
+    let (adapter, socket, flow) = kind.adapter?;
+    let ends = format!(".{flow}");
+    let connector = balance.mentions.iter().find_map(|name| name.strip_suffix(&ends))?;
+    (!balance.is_reversed).then(|| End::Connector { connector: full(connector), adapter, socket })
 }
 
 /// A name that stands nowhere in the model's file and that no other place has.
@@ -390,45 +380,28 @@ fn command(command: Command, workshop: &Workshop<'_>, known: &[Site]) -> Option<
     })
 }
 
-/// A name in a term that no variable or parameter of the model has, or a function in it: a constant of a package, which means nothing outside of the
-/// text.
-fn unknown_in(
-    storage: &str,
+/// A term of a component's equation as it is asked for from outside, with the names of the model; none if it has no meaning there.
+fn outside(
+    term: &str,
     names: &[(usize, usize)],
     full: &dyn Fn(&str) -> String,
-    tables: &Tables,
+    (tables, workshop): (&Tables, &Workshop<'_>),
 ) -> Option<String> {
-    let of = |&(from, to): &(usize, usize)| storage[from..to].to_string();
-    let called = storage.match_indices('(').filter_map(|(at, _)| {
-        let before = &storage[..at];
-        let begin = before.rfind(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).map_or(0, |k| k + 1);
-        Some(before[begin..].to_string()).filter(|name| !name.is_empty() && !EVERYWHERE.contains(&&**name))
-    });
-    names.iter().map(of).find(|name| tables.find(&full(name)).is_none()).or_else(|| {
-        let mut called = called;
-        called.next()
-    })
-}
-
-/// Functions that mean the same in every text.
-const EVERYWHERE: [&str; 21] = [
-    "der", "sqrt", "exp", "log", "log10", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
-    "abs", "sign", "min", "max", "noEvent", "smooth",
-];
-
-/// The term that stores, with the names of the model.
-fn in_model(storage: &str, names: &[(usize, usize)], full: &dyn Fn(&str) -> String, tables: &Tables) -> String {
-    let mut text = storage.to_string();
+    let mut text = term.to_string();
     let mut names = names.to_vec();
     names.sort_unstable();
+    // What no component has is a constant of a package, by a name that may mean something everywhere, or in its class alone.
+    let mut is_sure = !term.replace("der(", "").contains('(');
     for &(from, to) in names.iter().rev() {
         let own = full(&text[from..to]);
-        // What no component has is a constant of a package.
         if tables.find(&own).is_some() {
             text.replace_range(from..to, &own);
+        } else {
+            is_sure = false;
         }
     }
-    text
+    let is_meant = || Workshop { channels: vec![text.clone()], ..workshop.clone() }.translate(&[]).is_ok();
+    (is_sure || is_meant()).then_some(text)
 }
 
 /// What a balance is of; where it is solved for its rate, with what multiplies that which comes in.

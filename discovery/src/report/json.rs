@@ -81,7 +81,7 @@ fn attempts(pass: &Pass) -> Vec<Value> {
 /// Parameters that the study takes as exact and that would explain what is missing.
 fn exact(findings: &Findings) -> Vec<Value> {
     let own = |own: &Exact| {
-        json!({"parameter": own.parameter, "unit": own.unit, "stated": number(own.stated), "value": number(own.value), "gap": number(own.gap),
+        json!({"parameter": own.parameter, "unit": own.unit, "stated": number(own.stated), "value": number(own.value), "gap": {"before": number(own.gap[0]), "after": number(own.gap[1])},
             "words": super::summary::exact(own)})
     };
     findings.exact.iter().map(own).collect()

@@ -72,12 +72,13 @@ pub(super) fn sentence(scene: &Scene<'_>) -> String {
 pub(super) fn exact(own: &Exact) -> String {
     let unit = if own.unit.is_empty() || own.unit == "1" { String::new() } else { format!(" {}", own.unit) };
     format!(
-        "`{}`, which the study takes as exact, would explain it: with {}{unit} instead of {} the gap is {:.2}; if it is not known that well, give it a \
+        "`{}`, which the study takes as exact, takes the gap from {:.2} to {:.2} with {}{unit} instead of {}; if it is not known that well, give it a \
          tolerance in `[nuisances]`",
         own.parameter,
+        own.gap[0],
+        own.gap[1],
         rounded(own.value),
-        shown(own.stated),
-        own.gap
+        shown(own.stated)
     )
 }
 

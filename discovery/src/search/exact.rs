@@ -10,6 +10,7 @@ use super::context::Search;
 use super::pass::{Findings, Status};
 use crate::evidence::hypothesis::Hypothesis;
 use crate::evidence::projection::Projection;
+use crate::evidence::proof::Gap;
 use crate::fault::Fault;
 use crate::fit::{Effort, Fit, Jacobian, minimise};
 use crate::machine::{Machine, ParameterPlace};
@@ -38,8 +39,8 @@ pub struct Exact {
     pub stated: f64,
     /// What it would have to be.
     pub value: f64,
-    /// Root mean square of the residuals with it, in standard deviations.
-    pub gap: f64,
+    /// Gap of the fitted shots without and with that, as the report has it.
+    pub gap: [f64; 2],
 }
 
 impl Search<'_> {
@@ -86,6 +87,7 @@ impl Search<'_> {
             }
         }
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let before = Gap::of(&first.base.problem(self.setup)?, &fit.xi, &self.setup.train, false)?;
         let mut found = Vec::new();
         for (_, start, k) in scored.into_iter().take(MOST.0) {
             let (place, stated) = &free[k];
@@ -101,7 +103,8 @@ impl Search<'_> {
             if fit.cost - best.cost >= self.needed && explained >= ENOUGH {
                 let unit = own.machine.unit(place).to_string();
                 let value = problem.unknowns.last().zip(best.xi.last()).map_or(*stated, |(own, &xi)| own.value(xi));
-                let gap = (best.misfit / first.expected.max(f64::MIN_POSITIVE)).sqrt();
+                let Ok(after) = Gap::of(&problem, &best.xi, &self.setup.train, false) else { continue };
+                let gap = [before.all, after.all];
                 let parameter = place.name().to_string();
                 found.push((best.cost, Exact { parameter, unit, stated: *stated, value, gap }));
             }

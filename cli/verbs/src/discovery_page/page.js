@@ -14,7 +14,7 @@ function begin() {
     `${R.title ? R.title + ". " : ""}Model ${R.model}, set ${R.set}, shots ${R.shots.train.join(", ")} fitted${held}. ` +
     `${R.simulations} runs of one shot, ${fixed(R.seconds, 1)} s, seed ${R.seed}.` + (R.whole_loops ? ` ${R.whole_loops} of them were done again with whole loops, because one variable after the other they could not be solved.` : "") +
     (R.reason ? ` ${R.unfitted ? "Not adequate" : "No name"}, because ${R.reason}.` : "") + (R.no_law ? ` No law, because ${R.no_law}.` : "") +
-    R.exact.map((own) => ` ${own.words}.`).join("") +
+    R.exact.map((own) => ` ${own.words.replaceAll("`", "")}.`).join("") +
     R.units.map((own) => ` ${own.words.charAt(0).toUpperCase() + own.words.slice(1)}.`).join("");
 }
 
