@@ -40,6 +40,13 @@ const IN_STEP: f64 = 4.6;
 const FEWEST: usize = 2;
 /// Largest relative scatter from shot to shot: what changes more is another state of the machine, and an effect.
 const LARGEST: f64 = 0.06;
+/// Fewest shots of which sizes that grow or fall with the shot number are told from scatter, so that a variance may be larger than it is meant to be by chance.
+const ORDERED: usize = 4;
+/// Standard deviations by which the cube root of a variance of few numbers may be too large (one-sided, 0.1 %).
+const BY_CHANCE: f64 = 3.09;
+/// Fewest shots of which scatter that follows a condition is taken for an error of the model where an effect with sizes of its own is the other choice: of
+/// fewer, one of a handful of conditions is followed by chance in several benches of a hundred.
+const SHOWING: usize = 6;
 /// Relative scatter that is expected of one, or its tolerance where that is less: shots between which a parameter is badly known would
 /// have any otherwise.
 const EXPECTED: f64 = 0.03;
@@ -68,6 +75,8 @@ struct Block {
 pub(crate) enum Kinds {
     /// All.
     All,
+    /// All, in place of an effect with a size of its own in every shot: what is asked of scatter that such sizes are not asked for is left out.
+    InPlaceOfSizes,
     /// Those that measuring chains add to a channel: hum and drift.
     Added,
     /// The same of the kind that explains most: hum alone, or drift alone.
@@ -81,6 +90,13 @@ enum Disturbance {
     Lag(usize),
     Clock,
     Scatter(String, usize),
+}
+
+impl Disturbance {
+    /// True for what a measuring chain adds to its channel.
+    fn is_added(&self) -> bool {
+        matches!(self, Disturbance::Added(..))
+    }
 }
 
 /// Looks at what a fit leaves, which must have derivatives by all unknowns.
@@ -121,9 +137,10 @@ pub(crate) fn leftover(
         }
     }
     disturbances.spikes.sort_unstable();
-    let mut state = State { setup, problem, blocks: &blocks, residuals, jacobian, weights, fit };
+    let mut state = State { setup, problem, blocks: &blocks, residuals, jacobian, weights, fit, kinds };
     let mut open = state.candidates(setup);
-    open.retain(|own| kinds == Kinds::All || matches!(own, Disturbance::Added(..)));
+    let is_open = |own: &Disturbance| matches!(kinds, Kinds::All | Kinds::InPlaceOfSizes) || own.is_added();
+    open.retain(is_open);
     let is_drift = |own: &Disturbance| matches!(own, Disturbance::Added(_, Added::Drift));
     for _ in 0..MOST {
         let levels = state.levels(&state.residuals);
@@ -158,6 +175,17 @@ pub(crate) fn leftover(
     let misfit = state.residuals.norm_squared() / state.expected(None);
     disturbances.levels = if levels.iter().all(Level::is_noise) { Vec::new() } else { levels };
     Ok(Leftover { disturbances, misfit })
+}
+
+/// The largest variance over so many shots, in that of the tolerance, of what scatters by no more than its tolerance: it is known from a few numbers
+/// (chi-square distribution, approximated by Wilson and Hilferty, Proceedings of the National Academy of Sciences 17 (1931) 684).
+fn largest_variance(shots: usize) -> f64 {
+    if shots < ORDERED {
+        return 1.0;
+    }
+    let part = 2.0 / (9.0 * (shots - 1) as f64);
+    let root = 1.0 - part + BY_CHANCE * part.sqrt();
+    root * root * root
 }
 
 /// True if waves, by the amplitudes of their sine and cosine shot by shot, have phases that are not random.
@@ -203,6 +231,7 @@ struct State<'a> {
     jacobian: DMatrix<f64>,
     weights: Vec<f64>,
     fit: &'a Fit,
+    kinds: Kinds,
 }
 
 impl State<'_> {
@@ -331,11 +360,15 @@ impl State<'_> {
         let mut found = ground.explained(&columns, spread)?;
         if let Disturbance::Scatter(_, unknown) = disturbance {
             // No part scatters more than its tolerance.
-            let mean = found.amplitudes.iter().sum::<f64>() / found.amplitudes.len() as f64;
+            let count = found.amplitudes.len();
+            let mean = found.amplitudes.iter().sum::<f64>() / count as f64;
             found.amplitudes.iter_mut().for_each(|amplitude| *amplitude -= mean);
-            let square = found.amplitudes.iter().map(|a| a * a).sum::<f64>() / (found.amplitudes.len() - 1) as f64;
+            let square = found.amplitudes.iter().map(|a| a * a).sum::<f64>() / (count - 1) as f64;
             let relative = self.problem.unknowns[*unknown].slope(0.0).abs() * square.sqrt();
-            if square > 1.0 || relative > LARGEST || found.amplitudes.iter().any(|a| a.abs() > LIMIT) {
+            if square > largest_variance(count)
+                || relative > LARGEST
+                || found.amplitudes.iter().any(|a| a.abs() > LIMIT)
+            {
                 return None;
             }
         }
@@ -369,6 +402,8 @@ impl State<'_> {
             shots
         };
         match disturbance {
+            // Sizes of an effect are not asked whether they follow one, which a few do by chance.
+            Disturbance::Scatter(..) if self.kinds == Kinds::InPlaceOfSizes && amplitudes.len() < SHOWING => false,
             Disturbance::Scatter(..) => conditions::follow(self.setup, &shots(None), amplitudes),
             Disturbance::Added(channel, Added::Hum(_)) => {
                 let sizes: Vec<f64> = amplitudes.chunks_exact(2).map(|wave| math::hypot(wave[0], wave[1])).collect();
@@ -394,7 +429,17 @@ impl State<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{are_in_step, is_beyond_drift};
+    use super::{are_in_step, is_beyond_drift, largest_variance};
+
+    /// Quantiles of the chi-square distribution at 99.9 %: 16.27, 20.52 and 43.82 for 3, 5 and 19 degrees of freedom (Abramowitz, Stegun, table 26.8).
+    #[test]
+    fn variances_of_few_shots_may_be_larger_by_chance() {
+        for (shots, quantile) in [(4, 16.27), (6, 20.52), (20, 43.82)] {
+            let expected = quantile / (shots - 1) as f64;
+            assert!((largest_variance(shots) / expected - 1.0).abs() < 0.03, "{shots}: {}", largest_variance(shots));
+        }
+        assert_eq!((largest_variance(2), largest_variance(3)), (1.0, 1.0));
+    }
 
     #[test]
     fn a_sensor_does_not_drift_by_a_fifth_of_its_range() {

@@ -255,7 +255,7 @@ impl Search<'_> {
         if !is_answered && fit.cost < last.fit.cost {
             let own = self.left(&last.base, &last.fit)?;
             let is_more = own.disturbances.fitted() > found.disturbances.fitted();
-            if is_more && self.fit_with(last, &own.disturbances)?.cost < fit.cost + LEAD {
+            if is_more && self.fit_with((&last.base, &last.fit), &own.disturbances)?.cost < fit.cost + LEAD {
                 found = own;
             }
         }
@@ -272,25 +272,48 @@ impl Search<'_> {
             last.base.inserts.get(known).is_some_and(|next| known > 0 || next.effect.per_shot || findings.law.is_some())
         };
         for pass in findings.passes.iter().filter(may_imitate) {
-            if self.has_order(last, pass.base.inserts.len())? {
+            let number = pass.base.inserts.len();
+            if self.has_order(last, number)? {
                 continue;
             }
-            let found = self.left(&pass.base, &pass.fit)?;
-            let known = &self.setup.disturbances;
-            let is_more = found.disturbances.fitted() > known.fitted();
-            let more = found.disturbances.fitted().saturating_sub(known.fitted());
-            let of_effects = last.base.inserts.iter().skip(pass.base.inserts.len());
-            let of_effects: usize = of_effects.map(|own| own.effect.parameters.len()).sum();
-            let numbers = (more * self.setup.train.len(), of_effects);
-            let stated = known.levels.is_empty().then_some(noise(pass.expected));
-            let enough = rule::enough_for_scatter(last.fit.misfit, stated, numbers);
-            if is_more
-                && (found.misfit * pass.expected < enough || self.fit_with(pass, &found.disturbances)?.misfit < enough)
+            let own = &last.base.inserts[number..];
+            let kinds = if own[0].effect.per_shot { Kinds::InPlaceOfSizes } else { Kinds::All };
+            if let Some(found) = self.scatter_for((&pass.base, &pass.fit), last, own, kinds)? {
+                return Ok(Some(found));
+            }
+            // What was found after it, or that which it took a part of, stays in the model.
+            if own.len() > 1
+                && own[0].effect.per_shot
+                && let Some((rest, fit)) = self.taken_out(&last.base.inserts, &last.fit, number)?
+                && let Some(found) = self.scatter_for((&rest, &fit), last, &own[..1], kinds)?
             {
-                return Ok(Some(found.disturbances));
+                return Ok(Some(found));
             }
         }
         Ok(None)
+    }
+
+    /// Scatter that explains in a model without `own` effects as much as these do; none where it does not.
+    fn scatter_for(
+        &self,
+        without: (&Hypothesis, &Fit),
+        last: &Pass,
+        own: &[Candidate],
+        kinds: Kinds,
+    ) -> Result<Option<Disturbances>, Fault> {
+        let found = self.left_of(without, kinds)?;
+        let known = &self.setup.disturbances;
+        let more = found.disturbances.fitted().saturating_sub(known.fitted());
+        if more == 0 {
+            return Ok(None);
+        }
+        let of_effects: usize = own.iter().map(|own| own.effect.parameters.len()).sum();
+        let numbers = (more * self.setup.train.len(), of_effects);
+        let stated = known.levels.is_empty().then_some(noise(last.expected));
+        let enough = rule::enough_for_scatter(last.fit.misfit, stated, numbers);
+        let is_enough =
+            found.misfit * last.expected < enough || self.fit_with(without, &found.disturbances)?.misfit < enough;
+        Ok(is_enough.then_some(found.disturbances))
     }
 
     /// True if an effect has a size of its own in every shot, and these have an order ([`rule::has_order`]), those held out included; errors are
@@ -315,23 +338,27 @@ impl Search<'_> {
         Ok(rule::has_order(&sizes))
     }
 
-    /// The fit that a pass begins with once disturbances are fitted, too, whose courses are not linear; samples are weighed as before.
-    fn fit_with(&self, pass: &Pass, found: &Disturbances) -> Result<Fit, Fault> {
+    /// The fit of a model once disturbances are fitted, too, whose courses are not linear; samples are weighed as before.
+    fn fit_with(&self, (hypothesis, fit): (&Hypothesis, &Fit), found: &Disturbances) -> Result<Fit, Fault> {
         let levels = self.setup.disturbances.levels.clone();
         let setup = self.setup.disturbed(Disturbances { levels, ..found.clone() })?;
-        let (before, problem) = (pass.base.problem(self.setup)?, pass.base.problem(&setup)?);
+        let (before, problem) = (hypothesis.problem(self.setup)?, hypothesis.problem(&setup)?);
         let known = |name: &str| before.unknowns.iter().position(|own| own.name == name);
-        let start = problem.unknowns.iter().map(|own| known(&own.name).map_or(0.0, |k| pass.fit.xi[k]));
+        let start = problem.unknowns.iter().map(|own| known(&own.name).map_or(0.0, |k| fit.xi[k]));
         let start: Vec<f64> = start.collect();
-        let task = || Search { setup: &setup, ..self.again() }.task("with disturbances", &pass.base, &[&start]);
+        let task = || Search { setup: &setup, ..self.again() }.task("with disturbances", hypothesis, &[&start]);
         self.one(task, || minimise(&problem, &start, &self.whole(), Effort::LONG, None))
     }
 
     fn left(&self, hypothesis: &Hypothesis, fit: &Fit) -> Result<Leftover, Fault> {
+        self.left_of((hypothesis, fit), Kinds::All)
+    }
+
+    fn left_of(&self, (hypothesis, fit): (&Hypothesis, &Fit), kinds: Kinds) -> Result<Leftover, Fault> {
         let whole = self.whole();
         let mut fit = fit.clone();
         hypothesis.refresh(self.setup, &mut fit, &whole)?;
-        leftover(self.setup, &hypothesis.problem(self.setup)?, &fit, (&whole, Kinds::All))
+        leftover(self.setup, &hypothesis.problem(self.setup)?, &fit, (&whole, kinds))
     }
 }
 
