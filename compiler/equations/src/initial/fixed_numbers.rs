@@ -72,7 +72,7 @@ fn compare(system: &EquationSystem, v: VarId, start: f64, known: f64) -> Result<
 }
 
 /// Appends an initial equation with these operands in place of those of a start equation.
-fn condition(system: &mut EquationSystem, start: usize, mut operands: Vec<Operand>) -> EqId {
+pub(crate) fn condition(system: &mut EquationSystem, start: usize, mut operands: Vec<Operand>) -> EqId {
     for operand in &mut operands {
         *operand = resolved(system, *operand);
     }

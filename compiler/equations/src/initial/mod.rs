@@ -10,6 +10,7 @@
 mod contradiction;
 mod dependent_start;
 mod discrete_start;
+mod fixed_aliases;
 mod fixed_numbers;
 pub(crate) mod homotopy;
 mod matching;
@@ -20,17 +21,17 @@ use hyd_index::IndexVec;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, Template};
-use hyd_system::{Variability, told_apart};
+use hyd_system::Variability;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
 use crate::alias::representative::block_of_variable;
-use crate::explain::faults::{counted, explain_over, explain_under, list_names, mark_variables};
-use crate::fixed_starts::fixed_starts;
+use crate::explain::faults::{counted, explain_over, explain_under, list_names};
 use crate::incidence::{self, Pattern, Unknowns, pattern};
 use crate::index_reduction::selection::dependent_at_start;
 use crate::initial::dependent_start::dependent_conditions;
 use crate::initial::discrete_start::open_discrete;
+use crate::initial::fixed_aliases::fixed_aliases;
 use crate::initial::fixed_numbers::fixed_numbers;
 use crate::initial::matching::first_matching;
 use crate::initial::redundant::{Conditions, note_redundant, take_redundant};
@@ -54,7 +55,6 @@ pub(crate) fn initial_plan(
     values: &StartPoint,
     notes: &mut Vec<Diagnostic>,
 ) -> Result<(Plan, Vec<Redundant>), Box<Diagnostic>> {
-    check_fixed_aliases(system)?;
     let mut unknowns = initial_unknowns(system, bindings);
     let mut model = system.equations_in(Section::Continuous);
     // At the start a delayed value is its source, as an initial equation says.
@@ -66,6 +66,7 @@ pub(crate) fn initial_plan(
     let starts = add_start_equations(system, bindings, &fixed);
     let mut fixed: Vec<(VarId, EqId)> = fixed.into_iter().zip(starts).collect();
     fixed.extend(fixed_numbers(system)?);
+    fixed.extend(fixed_aliases(system)?);
     let conditions = Conditions { model, fixed, initial };
     if system.roles.iter().any(|&role| role == Role::Discrete) {
         let rows = pattern(system, algebra, conditions.rows(), &unknowns);
@@ -120,7 +121,10 @@ impl Start {
             system.operands.truncate(lengths.2);
         };
         let first = self.attempt(system, algebra, bindings, values)?;
-        let is_state = |v: VarId| system.roles[v].may_be_state();
+        let is_state = |v: VarId| match system.resolution[v] {
+            Resolution::Alias { of, .. } => system.roles[of].may_be_state(),
+            _ => system.roles[v].may_be_state(),
+        };
         let by_states = first.chosen.iter().chain(&self.conditions.fixed).all(|&(v, _)| is_state(v));
         if by_states && self.conditions.initial.is_empty() {
             return Ok(first);
@@ -213,44 +217,6 @@ impl Start {
         chosen.sort_unstable();
         chosen
     }
-}
-
-/// Variables that are equal must not be fixed at different numbers.
-fn check_fixed_aliases(system: &EquationSystem) -> Result<(), Box<Diagnostic>> {
-    let flat = &system.flat;
-    let is_fixed = |v: VarId| {
-        let (block, k) = flat.locate(v);
-        flat.variables[block].fixed.get(k)
-    };
-    let is_alias = |v: &VarId| matches!(system.resolution[*v], Resolution::Alias { .. });
-    if !system.roles.indices().filter(is_alias).any(is_fixed) {
-        return Ok(());
-    }
-    let numbers = fixed_starts(system);
-    let mut fixed: FxHashMap<VarId, (VarId, f64, f64)> = FxHashMap::default();
-    for v in system.roles.indices() {
-        let Some(&number) = numbers.get(&v) else { continue };
-        let said = number;
-        let (kept, number) = match system.resolution[v] {
-            Resolution::Own => (v, number),
-            Resolution::Alias { of, negated } => (of, if negated { -number } else { number }),
-            Resolution::Value(_) => continue,
-        };
-        let &mut (other, before, said_before) = fixed.entry(kept).or_insert((v, number, said));
-        if before != number {
-            let (one, two) = (flat.var_name(other), flat.var_name(v));
-            let [first, second] = told_apart(said_before, said);
-            let message = format!(
-                "the start values of `{one}` and `{two}` contradict each other: they are equal or opposite, but fixed at {first} and \
-                 {second}"
-            );
-            let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message);
-            let diagnostic = diagnostic
-                .help(format!("take `fixed = true` from one of `{one}`, `{two}`, or give both the same start"));
-            return Err(Box::new(mark_variables(diagnostic, system, &[other, v])));
-        }
-    }
-    Ok(())
 }
 
 fn initial_unknowns(system: &EquationSystem, bindings: &Bindings) -> Unknowns {

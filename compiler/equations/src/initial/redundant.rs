@@ -156,25 +156,28 @@ fn refuse(
 
 /// Says which conditions are only checked.
 pub(crate) fn note_redundant(system: &EquationSystem, redundant: &[Redundant]) -> Vec<Diagnostic> {
-    let starts: Vec<VarId> = redundant.iter().filter_map(|r| r.start_of).collect();
+    // That equal variables start alike needs no word.
+    let is_alias = |v: &VarId| matches!(system.resolution[*v], Resolution::Alias { .. });
+    let starts: Vec<VarId> = redundant.iter().filter_map(|r| r.start_of).filter(|v| !is_alias(v)).collect();
     let equations: Vec<EqId> = redundant.iter().filter(|r| r.start_of.is_none()).map(|r| r.left.equation).collect();
     let names = list_names(starts.iter().map(|&v| system.flat.var_name(v)));
     let texts = list_names(equations.iter().map(|&eq| written_text(system, eq)));
     let words = |count: usize| match count {
-        1 => ("", "follows", "is"),
-        _ => ("s", "follow", "are"),
+        1 => ("", "is"),
+        _ => ("s", "are"),
     };
     let mut notes = Vec::new();
     if !starts.is_empty() {
-        let (s, follow, are) = words(starts.len());
+        let (s, are) = words(starts.len());
         notes.push(format!(
-            "the fixed start value{s} of {names} {follow} from the other conditions and {are} only checked"
+            "the fixed start value{s} of {names} {are} not needed to determine the start, and {are} only checked"
         ));
     }
     if !equations.is_empty() {
-        let (s, follow, are) = words(equations.len());
-        notes
-            .push(format!("the initial equation{s} {texts} {follow} from the other conditions and {are} only checked"));
+        let (s, are) = words(equations.len());
+        notes.push(format!(
+            "the initial equation{s} {texts} {are} not needed to determine the start, and {are} only checked"
+        ));
     }
     notes.into_iter().map(|note| Diagnostic::note(Code::Chosen, note)).collect()
 }
