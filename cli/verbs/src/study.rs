@@ -17,6 +17,9 @@ use crate::study_unit;
 use crate::unit::is_unit;
 use crate::{Failure, Libraries, Listener};
 
+/// Warnings of the model that are shown; the rest is counted.
+const MOST_WARNINGS: usize = 8;
+
 /// A study and a set, opened.
 pub struct Opened {
     /// Both together.
@@ -130,6 +133,13 @@ impl Opened {
         let model = workshop.translate(&[]).map_err(failure)?;
         for sentence in self.setup.idle_inputs(&model).into_iter().chain(self.setup.unset_states(&model)) {
             listener.sentence(Severity::Warning, &sentence);
+        }
+        for sentence in model.warnings.iter().take(MOST_WARNINGS) {
+            listener.sentence(Severity::Warning, sentence);
+        }
+        if let Some(more) = model.warnings.len().checked_sub(MOST_WARNINGS).filter(|&more| more > 0) {
+            let file = self.model_file.display();
+            listener.sentence(Severity::Warning, &format!("`hyd check {file}` says {more} more warnings of the model"));
         }
         Ok(model)
     }

@@ -5,7 +5,7 @@
 //! exist there give way to the user's.
 
 use hyd_compiler::render::render;
-use hyd_compiler::{Diagnostic, Files};
+use hyd_compiler::{Diagnostic, Files, Severity};
 
 /// A text that was put together.
 pub(crate) struct Composed {
@@ -57,6 +57,22 @@ impl Composed {
             })
             .collect();
         render(&shown, &retold, false)
+    }
+
+    /// The warnings of the compiler, one sentence each, with the place where it stands in a text of the user's or of a library.
+    pub(crate) fn warnings(&self, files: &Files, diagnostics: &[Diagnostic]) -> Vec<String> {
+        let sentence = |diagnostic: &Diagnostic| {
+            let mut message = diagnostic.message.clone();
+            self.rename(&mut message);
+            let mut spans = diagnostic.labels.iter().map(|label| label.span);
+            let written = spans.find(|span| **files.name(span.file) != *self.name || (span.start as usize) < self.own);
+            match written {
+                Some(span) => format!("`{}`, line {}: {message}", files.name(span.file), files.location(span).line),
+                None => message,
+            }
+        };
+        let warnings = diagnostics.iter().filter(|own| own.severity == Severity::Warning);
+        warnings.map(sentence).collect()
     }
 
     /// What stands at a byte behind the model's file.

@@ -469,8 +469,11 @@ impl Workshop<'_> {
             return Err(self.refused(&composed, &compilation.files, &compilation.diagnostics, words));
         }
         let files = &compilation.files;
+        let variables = (0..self.channels.len()).map(|k| names.of(k)).collect();
+        let composed = self.composed(text, preamble.len(), (channels, variables), words);
+        let warnings = composed.warnings(files, &compilation.diagnostics);
         let files = files.ids().map(|id| (files.name(id).to_string(), files.text(id).to_string())).collect();
-        let translated = Translated::new(compilation, names, self.options());
+        let translated = Translated::new(compilation, (names, warnings), self.options());
         translated.map(|translated| (translated, files)).ok_or_else(|| Fault::new("the translation gave no code"))
     }
 }

@@ -15,6 +15,8 @@ pub struct Translated {
     pub channels: ChannelNames,
     /// Names of the inputs of type Real at the top of the model.
     pub inputs: Vec<String>,
+    /// Warnings of the translation, one sentence each.
+    pub warnings: Vec<String>,
     /// Blocks that are units of other tools.
     pub(crate) blocks: Arc<[ForeignBlock]>,
     flat: Option<Arc<FlatModel>>,
@@ -54,14 +56,18 @@ impl ChannelNames {
 
 impl Translated {
     /// What a compilation without errors has made; none if it made no code.
-    pub(crate) fn new(compilation: Compilation, channels: ChannelNames, options: Options) -> Option<Self> {
+    pub(crate) fn new(
+        compilation: Compilation,
+        (channels, warnings): (ChannelNames, Vec<String>),
+        options: Options,
+    ) -> Option<Self> {
         let model = compilation.model?;
         let inputs = compilation.flat.as_deref().map(FlatModel::real_inputs).unwrap_or_default();
         let blocks: Arc<[ForeignBlock]> =
             compilation.flat.as_deref().map_or_else(|| [].into(), |flat| flat.foreign.clone().into());
         // Only what loops are made whole of is kept.
         let flat = compilation.flat.filter(|_| model.payload().has_torn_loops());
-        Some(Self { model, channels, inputs, blocks, flat, files: compilation.files, options })
+        Some(Self { model, channels, inputs, warnings, blocks, flat, files: compilation.files, options })
     }
 
     /// Units of other tools in the model.
@@ -74,8 +80,8 @@ impl Translated {
     pub(crate) fn with_whole_loops(&self) -> Option<Self> {
         let model = with_whole_loops(self.flat.as_ref()?, &self.files, &self.options).ok()?;
         let (channels, options) = (self.channels.clone(), self.options.clone());
-        let (inputs, blocks) = (self.inputs.clone(), self.blocks.clone());
-        Some(Self { model, channels, inputs, blocks, flat: None, files: self.files.clone(), options })
+        let (inputs, blocks, warnings) = (self.inputs.clone(), self.blocks.clone(), self.warnings.clone());
+        Some(Self { model, channels, inputs, warnings, blocks, flat: None, files: self.files.clone(), options })
     }
 }
 

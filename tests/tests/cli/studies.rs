@@ -352,3 +352,21 @@ fn a_model_without_a_balance_is_said_to_be_one() {
     assert!(outcome.stderr.contains(said), "{}", outcome.stderr);
     assert!(outcome.stdout.starts_with("adequate"), "{}", outcome.stdout);
 }
+
+/// What `hyd check` warns of is said where the model is fitted, too, at its line, and no more.
+#[test]
+fn warnings_of_the_model_are_said() {
+    let folder = project();
+    let own = folder.path().join("drv");
+    let text = folder.read("drv/drive.hyd");
+    let parts = "  Hyd.Translational.Components.Spring idle(k = 1);\n  Hyd.Translational.Components.Fixed wall;\n";
+    let idle = text.replacen("equation\n", &format!("{parts}equation\n  connect(wall.flange, idle.flange_a);\n"), 1);
+    let line = idle.lines().position(|line| line.contains(" idle(")).unwrap() + 1;
+    folder.write("drv/warned.hyd", idle);
+    study(&folder, "drive.hyd", "warned.hyd");
+    let fitted = run(&own, &FIT);
+    assert_eq!(fitted.code, Some(0), "{}", fitted.stderr);
+    let said = format!("warned.hyd`, line {line}: nothing is connected to");
+    assert!(fitted.stderr.contains(&said), "{}", fitted.stderr);
+    assert_eq!(fitted.stderr.matches("warning").count(), fitted.stderr.lines().count(), "{}", fitted.stderr);
+}
