@@ -63,14 +63,16 @@ pub(crate) fn fix(
             return Err(Failure::Fault(sentence));
         }
         (None, 0) => output::print(&format!("{name}: no message proposes a change that can be made here\n"))?,
-        (None, tried) => output::print(&format!(
-            "{name}: no message proposes a change that can be made here; of {tried} small changes that were tried {}\n",
-            match healing.proposals.len() {
-                0 => "none heals it",
-                1 => "one brings it through, which may not be what is meant, and was not made",
-                _ => "several heal it, and none was made",
-            }
-        ))?,
+        (None, tried) => {
+            let words = match healing.proposals.len() {
+                0 => format!("none of the {tried} small changes that were tried makes it run"),
+                1 => format!(
+                    "one of the {tried} small changes that were tried makes it run, which may not be what is meant, and was not made"
+                ),
+                _ => format!("several of the {tried} small changes that were tried make it run, and none was made"),
+            };
+            output::print(&format!("{name}: no message proposes a change that can be made here; {words}\n"))?;
+        }
     }
     others(&compilation.files, &healing.proposals, "it runs after this change")?;
     Ok(None)

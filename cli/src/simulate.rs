@@ -91,24 +91,26 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         let mut diagnostic = run_diagnostic(error, &compilation.files, compilation.flat.as_deref(), kept);
         // What reads a recording or another tool's unit is no small thing to run again.
         if table.is_none() && units.is_none() {
-            tell_healing(healing(arguments, &compilation, error, &diagnostic), &mut diagnostic);
+            let model = &arguments.model;
+            let request = Request { class: model.model.clone(), set: model.set.clone(), goal: Goal::Run };
+            let trials = Trials {
+                file: &model.file,
+                libraries: &model.libraries.libraries(),
+                request: &request,
+                strict_units: model.strict_units,
+                run: &arguments.run,
+            };
+            if matches!(error, SolveError::Assertion { .. }) {
+                trials.tell_held_conditions(&compilation, &mut diagnostic);
+            }
+            tell_healing(healing(&trials, &compilation, error, &diagnostic), &mut diagnostic);
         }
         translate::report(&compilation.files, &[diagnostic], format);
     }))
 }
 
 /// Small changes of the text after which the model runs to its end.
-fn healing(arguments: &Simulate, compilation: &Compilation, error: &SolveError, diagnostic: &Diagnostic) -> Healing {
-    let model = &arguments.model;
-    let request = Request { class: model.model.clone(), set: model.set.clone(), goal: Goal::Run };
-    let libraries = model.libraries.libraries();
-    let trials = Trials {
-        file: &model.file,
-        libraries: &libraries,
-        request: &request,
-        strict_units: model.strict_units,
-        run: &arguments.run,
-    };
+fn healing(trials: &Trials<'_>, compilation: &Compilation, error: &SolveError, diagnostic: &Diagnostic) -> Healing {
     let mut messages = compilation.diagnostics.clone();
     messages.push(diagnostic.clone());
     trials.healing(compilation, &messages, Some(error))

@@ -63,6 +63,7 @@ pub use initial::rescue::{OtherStart, Rescue, RescueStage};
 pub use integrator::{Method, MethodPhase, Reason};
 pub use linearize::{LinearModel, LinearizeError, OperatingPoint, linearize};
 pub use local_mode::LocalMode;
+pub use message::JUMPS;
 pub use options::{OptionError, Options, Solver};
 pub use profile::{Profile, Seconds};
 pub use simulate::{Jump, Onward, Reached, Simulator, Summary, Warning, simulate};

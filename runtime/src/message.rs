@@ -31,7 +31,7 @@ impl Display for SolveError {
                         hint(f, "drop this initial equation, or one of the conditions that it follows from")
                     }
                     _ if failure.reads.is_empty() => Ok(()),
-                    _ => hint(f, DOMAINS),
+                    _ => domain_hint(f, Some(failure)),
                 }
             }
             SolveError::Initial { time, cause, place, advice } => {
@@ -58,7 +58,11 @@ impl Display for SolveError {
                 place.evaluation.as_ref().map_or(Ok(()), |failure| reads_lines(f, failure))?;
                 place_lines(f, place, "values where the search ended")?;
                 match &place.evaluation {
-                    Some(_) if *cause == Cause::NotFinite => hint(f, DOMAINS),
+                    Some(failure) if *cause == Cause::NotFinite => domain_hint(f, Some(failure)),
+                    _ if *cause == Cause::Singular => hint(
+                        f,
+                        "its coefficient may be zero at these values, or equations may repeat each other: change start values or parameters",
+                    ),
                     _ => hint(f, "the algebraic equations may have no solution for these states"),
                 }
             }
@@ -85,10 +89,7 @@ impl Display for SolveError {
                             write!(f, ": the error of {variable} stays above the tolerance")?;
                         }
                         step_lines(f, report)?;
-                        hint(
-                            f,
-                            "the solution may grow without bound or jump here; a discontinuity should cause an event",
-                        )
+                        write!(f, "\n  {JUMPS}")
                     }
                 }
             }
@@ -114,7 +115,7 @@ impl Display for SolveError {
                 }
                 write!(f, "no finite value beyond t = {time} s: {words}")?;
                 step_lines(f, report)?;
-                hint(f, DOMAINS)
+                domain_hint(f, report.place.evaluation.as_ref())
             }
             SolveError::Singular(report) => {
                 write!(f, "the equations are singular at t = {} s", significant(report.time))?;
@@ -141,10 +142,19 @@ impl Display for SolveError {
                             name = own.name
                         ),
                     ),
-                    None => hint(
-                        f,
-                        "what switches one of them on switches it off again: `pre` of one, or another condition, breaks such a loop",
-                    ),
+                    None => match moved(repeats) {
+                        Some(moved) => hint(
+                            f,
+                            &format!(
+                                "what switches one of them on switches it off again, and moves {moved}: a hysteresis wider than that breaks such a loop, as \
+                                 does a state or a delay between the two"
+                            ),
+                        ),
+                        None => hint(
+                            f,
+                            "what switches one of them on switches it off again: `pre` of one, or another condition, breaks such a loop",
+                        ),
+                    },
                 }
             }
             SolveError::Chattering { time, events, accumulating: false, relations, pile } => {
@@ -157,13 +167,13 @@ impl Display for SolveError {
                         f,
                         &format!(
                             "give `{}` a hysteresis (on above a limit, off below another): with the two {width:.1e} apart it switches \
-                             about a thousand times in the run; or make the expression continuous, with `smooth` or `noEvent`",
+                             about a thousand times in the run; or replace the jump by a ramp, which needs no event (`noEvent`)",
                             found.relation.text
                         ),
                     ),
                     None => hint(
                         f,
-                        "add hysteresis to the condition, or use `smooth` or `noEvent` if the expression is continuous",
+                        "give the condition a hysteresis, or replace the jump by a ramp, which needs no event (`noEvent`)",
                     ),
                 }
             }
@@ -217,6 +227,8 @@ const BEYOND: f64 = 1e50;
 
 /// What to try where a value is outside of what an operation takes.
 const DOMAINS: &str = "keep divisors away from zero and arguments of sqrt and log within their domains";
+/// What is said where steps collapse, and nothing is known that the run approaches.
+pub const JUMPS: &str = "hint: the solution may grow without bound or jump here; a discontinuity should cause an event";
 /// What to try where a variable grows without bound.
 const GROWING: &str = "the solution ends here: what lets it grow lacks a limit, or has the wrong sign";
 
@@ -301,6 +313,34 @@ fn grown(place: &Place) -> Option<(&str, f64, f64)> {
     })
 }
 
+/// What to try where a value is not finite; the message of a function's own assertion says it better.
+fn domain_hint(f: &mut Formatter<'_>, failure: Option<&EvalFailure>) -> fmt::Result {
+    match failure {
+        Some(failure) if failure.reason.contains(" fails: ") => Ok(()),
+        Some(failure) if is_subscript(failure) => hint(
+            f,
+            "a subscript has to stay within its array: its start value counts, too, which is 0 where none is given",
+        ),
+        _ => hint(f, DOMAINS),
+    }
+}
+
+/// True where an element was asked for that an array does not have.
+fn is_subscript(failure: &EvalFailure) -> bool {
+    failure.reason.contains(" uses subscript ")
+}
+
+/// By how much real variables move from pass to pass.
+fn moved(repeats: &Repeats) -> Option<String> {
+    let real = repeats.variables.iter().filter(|own| own.kind == ValueKind::Real);
+    let by = |own: &Changing| {
+        let (low, high) = own.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        format!("`{}` by {}", own.name, significant(high - low))
+    };
+    let all: Vec<String> = real.take(MOST_NAMED).map(by).collect();
+    (repeats.period.is_some() && !all.is_empty()).then(|| all.join(", "))
+}
+
 /// What the value at fault was computed from.
 fn reads_lines(f: &mut Formatter<'_>, failure: &EvalFailure) -> fmt::Result {
     if failure.reads.is_empty() {
@@ -311,7 +351,11 @@ fn reads_lines(f: &mut Formatter<'_>, failure: &EvalFailure) -> fmt::Result {
         let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
         format!("{} = {}{unit}", read.name, significant(read.value))
     };
-    let shown: Vec<String> = failure.reads.iter().take(MOST_NAMED).map(one).collect();
+    // Of an element that does not exist the others say least.
+    let (elements, mut others): (Vec<&Reading>, Vec<&Reading>) =
+        failure.reads.iter().partition(|read| is_subscript(failure) && read.name.ends_with(']'));
+    others.extend(elements);
+    let shown: Vec<String> = others.into_iter().take(MOST_NAMED).map(one).collect();
     let more = match failure.reads.len().saturating_sub(MOST_NAMED) {
         0 => String::new(),
         more => format!(" and {more} more"),

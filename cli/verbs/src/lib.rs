@@ -4,6 +4,7 @@
 //! once, [`sweep`](sweep::sweep) many times, [`share_out`](share_out::share_out) does so on other machines, [`linearize`](linear::linearize) gives the linear model at a point, `study`, `fit` and `discover` hold a model
 //! against a bench, `check` counts what a model has. Results are data; what is to be said on the way goes to a [`Listener`]. No clap, no standard output, no mathematics.
 
+mod asleep;
 pub mod check;
 pub mod discover;
 mod discovered_files;

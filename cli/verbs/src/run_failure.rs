@@ -66,6 +66,7 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
         }
         _ => {}
     }
+    let is_approached = !approached.is_empty();
     for approach in approached {
         let (before, now) = (significant(approach.before), significant(approach.now));
         diagnostic = diagnostic.with(approach.span, "");
@@ -90,7 +91,8 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
         if let (true, Some((_, component))) = (shown && line.starts_with("at "), line.split_once(" in ")) {
             diagnostic = diagnostic.help(format!("in the component {component}"));
         }
-        if !shown {
+        // What is approached is said above; that something jumps would be another cause.
+        if !shown && !(is_approached && line == hyd_runtime::JUMPS) {
             diagnostic = diagnostic.help(line.trim_start_matches("hint: "));
         }
     }

@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::path::Path;
 
 use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
-use hyd_results::Discard;
+use hyd_results::{Discard, Sink, Trajectory};
 use hyd_run::{RunArguments, options};
 use hyd_runtime::{Simulator, SolveError, Summary};
 use hyd_system::DaeSystem;
@@ -69,6 +69,7 @@ impl Trials<'_> {
             trouble.run = true;
             trouble.start = failure.time().is_some_and(|time| time <= self.start(compilation));
             trouble.judged = matches!(failure, SolveError::Assertion { .. });
+            trouble.accumulates = matches!(failure, SolveError::Chattering { accumulating: true, .. });
         }
         let most = self.most(compilation);
         if !trouble.any() || most == 0 {
@@ -79,6 +80,7 @@ impl Trials<'_> {
         let tried = changes(&compilation.files, file, trouble, messages, model);
         let mut healing = Healing::default();
         let mut found: Option<(Rank, bool)> = None;
+        let mut definitions = 0;
         let steps = Cell::new(0);
         // What was not tried might heal as well.
         let mut is_cut = false;
@@ -104,20 +106,26 @@ impl Trials<'_> {
             let is_known = healing.proposals.iter().flat_map(|own| &own.edits).any(is_replaced);
             if !is_known && self.is_healed(compilation, &name, &edited(text, &edits), (trouble, &steps)) {
                 found = Some(kind);
+                definitions += usize::from(change.is_definition);
                 healing.proposals.push(change.proposal);
             }
+        }
+        let is_alone = healing.proposals.len() == 1 && definitions == 0;
+        // They come last, and are not shown beside others.
+        if definitions < healing.proposals.len() {
+            healing.proposals.truncate(healing.proposals.len() - definitions);
         }
         let any_would_do = |rank: Rank| matches!(rank, Rank::Sign | Rank::OtherEnds | Rank::Joined | Rank::LeftOut);
         healing.is_vague = found.is_some_and(|(rank, _)| any_would_do(rank));
         // Of signs that bring a run through many a one would, among them those that are not tried; an assertion says what is meant, and growth
         // without bound that a sign is wrong.
         healing.is_a_guess = found.is_some_and(|(rank, _)| match rank {
-            Rank::InferredUnit | Rank::AtOnce => true,
+            Rank::InferredUnit | Rank::AtOnce | Rank::FirstStart => true,
             Rank::Sign => !trouble.judged && !failure.is_some_and(SolveError::grows),
             _ => false,
         });
         let is_best = found.is_some_and(|(rank, _)| rank.first_is_best());
-        healing.is_clear = is_best || healing.proposals.len() == 1 && !is_cut;
+        healing.is_clear = is_best || is_alone && !is_cut;
         healing
     }
 
@@ -148,6 +156,20 @@ impl Trials<'_> {
     /// A run without results; one that finds its start elsewhere than where it was told to look fails.
     /// `steps`: of a change that is tried; it has to lead to a start at once, and its steps are counted.
     fn ran(&self, compilation: &Compilation, steps: Option<&Cell<u64>>) -> Option<Result<Summary, SolveError>> {
+        self.ran_into(compilation, steps, &mut Discard)
+    }
+
+    /// Runs a model again and keeps its rows; none where it cannot be run.
+    pub(crate) fn recorded(&self, compilation: &Compilation, rows: &mut Trajectory) -> Option<()> {
+        self.ran_into(compilation, None, rows).map(|_| ())
+    }
+
+    fn ran_into(
+        &self,
+        compilation: &Compilation,
+        steps: Option<&Cell<u64>>,
+        rows: &mut dyn Sink,
+    ) -> Option<Result<Summary, SolveError>> {
         let model = compilation.model.as_ref()?;
         let mut options = options(self.run, &model.payload().experiment).ok()?;
         options.max_steps = options.max_steps.min(MOST_STEPS);
@@ -156,7 +178,7 @@ impl Trials<'_> {
         let mut system = model.on(hyd_payload::Backend::Native).ok()?.instantiate();
         hyd_run::parameters::apply(&mut system, &self.request.set, &compilation.set_at_translation).ok()?;
         let mut simulator = Simulator::new(system.structure());
-        let ran = simulator.run(&mut system, &options, &mut Discard, &hyd_run::interrupt::requested);
+        let ran = simulator.run(&mut system, &options, rows, &hyd_run::interrupt::requested);
         if let Some(steps) = steps {
             steps.set(steps.get() + simulator.statistics().steps);
         }
@@ -183,12 +205,25 @@ pub fn edited(text: &str, edits: &[&Edit]) -> String {
     edits.sort_by_key(|edit| (edit.span.start, edit.span.end));
     let ends_lines_as_windows_does = text.contains("\r\n");
     let mut text = text.to_string();
-    for edit in edits.into_iter().rev() {
+    let all: Vec<(usize, usize)> =
+        edits.iter().map(|edit| (edit.span.start as usize, edit.span.end as usize)).collect();
+    for (k, edit) in edits.iter().enumerate().rev() {
+        let (mut from, mut to) = all[k];
+        // A line of which nothing is left goes, too, where nothing else is put into it.
+        let begin = text[..from].rfind('\n').map_or(0, |at| at + 1);
+        let end = text[to..].find('\n').map(|at| to + at + 1);
+        if let (Some(end), true) = (end, edit.text.is_empty())
+            && text[begin..from].trim().is_empty()
+            && text[to..end].trim().is_empty()
+            && all.iter().enumerate().all(|(other, own)| other == k || own.1 < begin || own.0 >= end)
+        {
+            (from, to) = (begin, end);
+        }
         let new = match ends_lines_as_windows_does {
             true => edit.text.replace("\r\n", "\n").replace('\n', "\r\n"),
             false => edit.text.clone(),
         };
-        text.replace_range(edit.span.start as usize..edit.span.end as usize, &new);
+        text.replace_range(from..to, &new);
     }
     text
 }
@@ -196,4 +231,31 @@ pub fn edited(text: &str, edits: &[&Edit]) -> String {
 /// True for failures that a change of the text may heal.
 fn is_of_the_model(error: &SolveError) -> bool {
     !matches!(error, SolveError::Option(_) | SolveError::Interrupted { .. } | SolveError::Sink { .. })
+}
+
+#[cfg(test)]
+mod tests {
+    use hyd_compiler::{Edit, Files};
+    use hyd_source::Span;
+
+    use super::edited;
+
+    #[test]
+    fn a_line_of_which_nothing_is_left_goes() {
+        let text = "model M\n  x = 1;\n  y = 2; z = 3;\nend M;\n";
+        let file = Files::new().add("m.mo", text);
+        let edit = |old: &str, new: &str| {
+            let at = text.find(old).unwrap_or_default();
+            Edit { span: Span::new(file, at, at + old.len()), text: new.to_string() }
+        };
+        let with = |edits: &[Edit]| edited(text, &edits.iter().collect::<Vec<_>>());
+        assert_eq!(with(&[edit("x = 1;", "")]), "model M\n  y = 2; z = 3;\nend M;\n");
+        assert_eq!(with(&[edit("y = 2;", "")]), "model M\n  x = 1;\n   z = 3;\nend M;\n");
+        // What is put in where something goes stays where it was meant to stand.
+        let put_in =
+            Edit { span: Span { end: edit("x", "").span.start, ..edit("x", "").span }, text: "initial ".into() };
+        assert_eq!(with(&[put_in, edit("x = 1;", "")]), "model M\n  initial \n  y = 2; z = 3;\nend M;\n");
+        let both = [edit("y = 2;", ""), edit(" z = 3;", "")];
+        assert_eq!(with(&both), "model M\n  x = 1;\n  \nend M;\n");
+    }
 }

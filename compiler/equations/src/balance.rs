@@ -5,9 +5,10 @@
 //! equations constrain states and must be differentiated first (Pantelides 1988).  Otherwise numbers differ or the model is
 //! structurally singular; the message names the smallest part at fault.
 
-use hyd_flat::{BlockId, Section, Target, VarId};
+use hyd_flat::{BlockId, Imbalance, Section, Target, VarId};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Matching, maximum_matching};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
 use crate::explain::faults::{
@@ -85,6 +86,8 @@ fn as_written(system: &EquationSystem) -> Option<Diagnostic> {
     (!matching.is_perfect()).then(|| imbalance(&plain, &pattern, &unknowns, &matching))
 }
 
+/// Of an array whose elements have derivatives, at most one in so many lacks its own by mistake.
+const MANY_TIMES: usize = 3;
 /// Most declarations of inputs that are marked.
 const MOST_MARKED: usize = 8;
 /// Larger models are explained after alias elimination only.
@@ -145,7 +148,11 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
     if missing > 0 && needed == written + missing && system.flat.open_ends.is_empty() {
         return inputs_without_source(system, open, message);
     }
-    let diagnostic = match the_only_fault(system, needed.abs_diff(written)) {
+    let message = match rate_of_one(system).filter(|_| written < needed) {
+        Some(said) => format!("{message}: {said}"),
+        None => message,
+    };
+    let diagnostic = match the_only_fault(system, needed.abs_diff(written), written) {
         Some(said) => Diagnostic::error(code, said).help(message),
         None => Diagnostic::error(code, message),
     };
@@ -167,12 +174,48 @@ fn inputs_without_source(system: &EquationSystem, open: &[BlockId], counts: Stri
     diagnostic
 }
 
+/// Elements of an array whose derivative no equation has, although there is one for the others: a loop that ends too early.
+fn rate_of_one(system: &EquationSystem) -> Option<String> {
+    let flat = &system.flat;
+    let mut rates: FxHashMap<BlockId, FxHashSet<VarId>> = FxHashMap::default();
+    for block in flat.equations.iter().filter(|block| block.section == Section::Continuous) {
+        for operand in &block.operands {
+            if let Target::Der(v) = operand.target() {
+                rates.entry(flat.locate(v).0).or_default().insert(v);
+            }
+        }
+    }
+    let mut found = rates.into_iter().filter_map(|(block, known)| {
+        let own = &flat.variables[block];
+        let missing = (own.count as usize).checked_sub(known.len()).filter(|&missing| missing > 0)?;
+        let names = (0..own.count).filter(|k| !known.contains(&VarId(own.first.0 + k)));
+        let names: Vec<String> = names.map(|k| format!("der({})", own.name.element(k as usize))).collect();
+        (known.len() > 1 && missing * MANY_TIMES <= known.len()).then_some((own.first, names, known.len()))
+    });
+    let (_, names, others) = found.next().filter(|_| found.next().is_none())?;
+    let has = if names.len() == 1 { "occurs" } else { "occur" };
+    Some(format!("{} {has} in no equation, those of the other {others} elements do", list_names(names.into_iter())))
+}
+
 /// What is wrong with the one component at fault, if all that is missing or too many is its own.
-fn the_only_fault(system: &EquationSystem, difference: usize) -> Option<String> {
+fn the_only_fault(system: &EquationSystem, difference: usize, written: usize) -> Option<String> {
     let mut faults = system.flat.imbalances.iter().filter(|fault| !fault.component.is_empty());
-    let fault =
-        faults.next().filter(|fault| faults.next().is_none() && fault.given.abs_diff(fault.needed) == difference)?;
-    let fate = if fault.given < fault.needed { "missing" } else { "too many" };
+    let is_all = |fault: &&Imbalance| fault.given.abs_diff(fault.needed) == difference;
+    let fate = |fault: &Imbalance| if fault.given < fault.needed { "missing" } else { "too many" };
+    let Some(fault) = faults.next() else {
+        // All components are balanced, so it is in what the model says beside them.
+        let own = system.flat.imbalances.iter().find(|fault| fault.given < written).filter(is_all)?;
+        let class = own.class.rsplit('.').next().unwrap_or(&own.class);
+        return Some(format!(
+            "{} {} in `{class}` itself: its components are balanced",
+            counted(difference, "equation"),
+            fate(own)
+        ));
+    };
+    if faults.next().is_some() || !is_all(&fault) {
+        return None;
+    }
+    let fate = fate(fault);
     Some(format!(
         "{} {fate} in the component `{}` of class `{}`",
         counted(difference, "equation"),

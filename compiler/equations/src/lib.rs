@@ -39,6 +39,7 @@ pub use alias::eliminate_aliases;
 pub use combined::until_regular;
 pub use explain::cost::{Cost, costs};
 pub use explain::faults::equation_text;
+pub use explain::held_conditions::held_conditions;
 pub use explain::matrix::{Matrix, matrix};
 pub use explain::print::print_system;
 pub use explain::print_plan::{print_jacobian, print_sorted};

@@ -33,6 +33,8 @@ impl Found<'_> {
             if !starts.contains_key(&name) {
                 self.first_guess(component);
             }
+            self.found_at_the_start(component);
+            self.first_index(component);
             self.modification(&component.modification, &name, component.dims.is_empty());
             let is_limit = component.variability <= Variability::Parameter && self.asserted.has(&name);
             if let Some(binding) = component.modification.binding.as_ref().filter(|_| !is_limit) {
@@ -48,6 +50,45 @@ impl Found<'_> {
         starts
     }
 
+    /// A parameter that has a start value and no other may be meant to be found by the initial equations.
+    fn found_at_the_start(&mut self, component: &Component) {
+        let own = &component.modification;
+        if component.variability != Variability::Parameter || own.binding.is_some() || !self.trouble.start {
+            return;
+        }
+        let named = |name: &str| {
+            own.arguments.iter().find_map(|argument| match argument {
+                Argument::Modify(own) if matches!(&own.target.parts[..], [only] if &*only.name == name) => Some(own),
+                _ => None,
+            })
+        };
+        if let (Some(start), None) = (named("start"), named("fixed")) {
+            let edit = self.edit(start.span.end, start.span.end, ", fixed = false");
+            let name = &component.name.name;
+            self.push(
+                Rank::Determined,
+                format!("let the initial equations determine the parameter `{name}`: `fixed = false`"),
+                vec![edit],
+            );
+        }
+    }
+
+    /// A subscript without a start value begins at 0, where no array has an element.
+    fn first_index(&mut self, component: &Component) {
+        let (name, own) = (component.name.name.to_string(), &component.modification);
+        let is_index = self.snippet(component.class.span) == "Integer"
+            && component.variability > Variability::Parameter
+            && component.dims.is_empty()
+            && own.binding.is_none()
+            && own.arguments.is_empty()
+            && self.text.contains(&format!("[{name}]"));
+        if is_index && self.trouble.start {
+            let edit = self.edit(component.name.span.end, component.name.span.end, "(start = 1, fixed = true)");
+            let words = format!("`{name}` has no start value and begins at 0: `{name}(start = 1, fixed = true)`");
+            self.push(Rank::Moment, words, vec![edit]);
+        }
+    }
+
     /// A guess of an unknown that has none and that an assertion reads.
     fn first_guess(&mut self, component: &Component) {
         let name = component.name.name.to_string();
@@ -55,6 +96,22 @@ impl Found<'_> {
             && component.dims.is_empty()
             && component.modification.binding.is_none()
             && self.asserted.has(&name);
+        let is_missing = self.without_start.contains(&name)
+            && component.variability == Variability::Continuous
+            && component.modification.binding.is_none();
+        if is_missing && self.trouble.start {
+            let guess = "start = 1, fixed = true";
+            let edit = match component.modification.arguments.first() {
+                Some(Argument::Modify(first)) => self.edit(first.span.start, first.span.start, format!("{guess}, ")),
+                Some(_) => return,
+                None => self.edit(component.name.span.end, component.name.span.end, format!("({guess})")),
+            };
+            self.push(
+                Rank::FirstStart,
+                format!("give `{name}`, which has no start value and begins at 0, another one: `{name}({guess})`"),
+                vec![edit],
+            );
+        }
         if !is_unknown || !self.trouble.start || !self.trouble.judged {
             return;
         }
@@ -66,7 +123,7 @@ impl Found<'_> {
                 Some(_) => return,
                 None => self.edit(component.name.span.end, component.name.span.end, format!("(start = {guess})")),
             };
-            self.push(Rank::Guess, format!("look for another root: start of `{name}` = {guess}"), vec![edit]);
+            self.push(Rank::Guess, format!("look for another solution: `{name}(start = {guess})`"), vec![edit]);
         }
     }
 
@@ -149,15 +206,17 @@ impl Found<'_> {
             }
         };
         let edit = self.replaced(span, "");
-        self.push(Rank::Marked, format!("leave `{name}` out"), vec![edit]);
+        self.push(Rank::Marked, format!("remove `{name}`"), vec![edit]);
     }
 
     fn fixed(&mut self, binding: &Expr, owner: &str) {
         let (from, to, words) = match binding.kind {
             ExprKind::Boolean(true) if self.trouble.start => {
-                ("true", "false", format!("let `{owner}` start where the other conditions say"))
+                ("true", "false", format!("do not fix the start of `{owner}`: `fixed = false`"))
             }
-            ExprKind::Boolean(false) if self.trouble.start => ("false", "true", format!("hold the start of `{owner}`")),
+            ExprKind::Boolean(false) if self.trouble.start => {
+                ("false", "true", format!("fix the start of `{owner}`: `fixed = true`"))
+            }
             _ => return,
         };
         if self.snippet(binding.span) == from {
@@ -180,12 +239,12 @@ impl Found<'_> {
             return;
         }
         let edit = self.edit(binding.span.end, binding.span.end, ", fixed = true");
-        self.push(Rank::Start, format!("hold the start of `{owner}`: `fixed = true`"), vec![edit]);
+        self.push(Rank::Start, format!("fix the start of `{owner}`: `fixed = true`"), vec![edit]);
         let is_guess = value != 0.0 && self.trouble.start;
         for factor in GUESSES.iter().filter(|_| is_guess) {
             let text = significant(value * factor);
             let edit = self.replaced(binding.span, text.clone());
-            self.push(Rank::Guess, format!("look for another root: start of `{owner}` = {text}"), vec![edit]);
+            self.push(Rank::Guess, format!("look for another solution: `{owner}(start = {text})`"), vec![edit]);
         }
     }
 }

@@ -13,8 +13,10 @@ use hyd_syntax::visit::{Visitor, walk_expr};
 
 use super::{Found, Rank, is_named, number};
 
+/// Speeds from which on a bounce is taken for rest.
+const RESTS: [&str; 3] = ["0.01", "0.1", "0.001"];
 /// Half the width of a hysteresis, as a part of the bound.
-const HYSTERESIS: f64 = 1e-3;
+const HYSTERESES: [f64; 3] = [1e-3, 0.02, 0.2];
 /// Names that differ by so many letters are taken for each other.
 const NEAR: usize = 2;
 /// Names that variables have which add up to zero where parts are joined.
@@ -30,6 +32,9 @@ impl Found<'_> {
         settings: &BTreeSet<&str>,
     ) {
         let first = section.equations.first().map(|own| own.span);
+        if self.trouble.accumulates && !section.initial {
+            self.rest(&section.equations);
+        }
         for equation in &section.equations {
             self.equation(equation);
             let whole = self.with_semicolon(equation.span);
@@ -44,7 +49,7 @@ impl Found<'_> {
                     }
                     let edit = self.replaced(whole, "");
                     let text = self.said(equation.span);
-                    self.push(Rank::Start, format!("leave the initial equation `{text}` out"), vec![edit]);
+                    self.push(Rank::Start, format!("remove the initial equation `{text}`"), vec![edit]);
                 }
                 (EquationKind::Equal(left, right), false) if self.trouble.too_many => {
                     let text = self.snippet(equation.span).to_string();
@@ -60,12 +65,12 @@ impl Found<'_> {
                     }
                     let text = self.said(equation.span);
                     let edit = self.replaced(whole, "");
-                    self.push(Rank::LeftOut, format!("leave `{text}` out"), vec![edit]);
+                    self.push(Rank::LeftOut, format!("remove `{text}`"), vec![edit]);
                 }
                 (EquationKind::Connect(..), false) if self.trouble.too_many => {
                     let text = self.said(equation.span);
                     let edit = self.replaced(whole, "");
-                    self.push(Rank::LeftOut, format!("leave `{text}` out"), vec![edit]);
+                    self.push(Rank::LeftOut, format!("remove `{text}`"), vec![edit]);
                 }
                 _ => {}
             }
@@ -75,10 +80,15 @@ impl Found<'_> {
     fn equation(&mut self, equation: &Equation) {
         match &equation.kind {
             EquationKind::Equal(left, right) => {
+                self.used_up(equation, left, right);
+                self.is_definition = self.is_definition_of(left, right);
                 self.value(right);
                 if !matches!(left.kind, ExprKind::Ref(_)) {
+                    // The other side of a balance has its signs.
+                    self.is_definition |= self.snippet(left.span).contains("der(");
                     self.value(left);
                 }
+                self.is_definition = false;
                 self.before_the_event(left, right);
                 self.hysteresis(left, right);
                 self.both_inwards(equation, left, right);
@@ -94,6 +104,94 @@ impl Found<'_> {
             }
             EquationKind::When(branches) => self.when(equation, branches),
             EquationKind::Call(..) => {}
+        }
+    }
+
+    /// True for an equation that says how two variables belong together: a variable and another one of its name in a connector, or a rate.
+    fn is_definition_of(&self, left: &Expr, right: &Expr) -> bool {
+        let ExprKind::Ref(of) = &right.kind else { return false };
+        let last = |of: &ComponentRef| of.parts.last().map(|part| part.name.name.to_string());
+        match &left.kind {
+            ExprKind::Ref(own) => last(own) == last(of),
+            _ => self.snippet(left.span).contains("der("),
+        }
+    }
+
+    /// What is computed from the square root of something stored ends where nothing is left of that.
+    fn used_up(&mut self, equation: &Equation, left: &Expr, right: &Expr) {
+        if !self.trouble.run || !self.is_marked(equation.span) {
+            return;
+        }
+        for argument in self.roots(right) {
+            let text = self.snippet(argument).to_string();
+            let whole = (right.span.start as usize, right.span.end as usize);
+            let (before, after) =
+                (&self.text[whole.0..argument.start as usize], &self.text[argument.end as usize..whole.1]);
+            let law = format!("{} = if {text} > 0 then {before}max({text}, 0){after} else 0", self.snippet(left.span));
+            self.write(Rank::Marked, equation.span, &law);
+        }
+    }
+
+    /// Arguments of square roots that are stored: products of states without a sum or difference.
+    fn roots(&self, expr: &Expr) -> Vec<Span> {
+        struct Roots<'a, 'b>(&'a Found<'b>, Vec<Span>);
+        impl Visitor for Roots<'_, '_> {
+            fn expr(&mut self, expr: &Expr) {
+                if let ExprKind::Call(function, Arguments::List { positional, named }) = &expr.kind
+                    && let ([argument], true) = (&positional[..], named.is_empty() && is_named(function, "sqrt"))
+                    && self.0.is_stored(argument)
+                {
+                    self.1.push(argument.span);
+                }
+                walk_expr(self, expr);
+            }
+        }
+        let mut roots = Roots(self, Vec::new());
+        roots.expr(expr);
+        roots.1
+    }
+
+    /// A bounce that comes to rest: the Boolean that the usual recipe has, with limits of the speed from which on it rests.
+    fn rest(&mut self, equations: &[Equation]) {
+        let rate = |name: &str| {
+            equations.iter().find_map(|own| match &own.kind {
+                EquationKind::Equal(left, right) => {
+                    let ExprKind::Call(function, Arguments::List { positional, .. }) = &left.kind else { return None };
+                    let [of] = &positional[..] else { return None };
+                    (is_named(function, "der") && self.snippet(of.span) == name).then_some(right.span)
+                }
+                _ => None,
+            })
+        };
+        let mut found = Vec::new();
+        for equation in equations {
+            let EquationKind::When(branches) = &equation.kind else { continue };
+            for own in branches.iter().flat_map(|(_, body)| body) {
+                let EquationKind::Call(function, Arguments::List { positional, .. }) = &own.kind else { continue };
+                if let ([speed, value], true) = (&positional[..], is_named(function, "reinit"))
+                    && let Some(rate) = rate(self.snippet(speed.span))
+                {
+                    found.push((speed.span, value.span, rate, own.span));
+                }
+            }
+        }
+        let [(speed, value, rate, call)] = found[..] else { return };
+        let Some(section) = self.text[..equations[0].span.start as usize].rfind("equation") else { return };
+        let begin = self.text[..section].rfind('\n').map_or(0, |at| at + 1) as u32;
+        let name = ["rests", "is_at_rest"].into_iter().find(|name| !self.text.contains(name));
+        let Some(name) = name else { return };
+        let [said, rebound, law] = [speed, value, rate].map(|span| self.snippet(span).to_string());
+        for limit in RESTS {
+            let edits = vec![
+                self.edit(begin, begin, format!("  Boolean {name}(start = false, fixed = true);\n")),
+                self.replaced(rate, format!("if {name} then 0 else {law}")),
+                self.edit(call.start, call.start, format!("{name} = abs({rebound}) < {limit};\n    ")),
+                self.replaced(value, format!("if {name} then 0 else {rebound}")),
+            ];
+            let words = format!(
+                "let `{said}` come to rest by a Boolean `{name}` once it is less than {limit} after an impact: `der({said}) = if {name} then 0 else {law}`"
+            );
+            self.push(Rank::Rest, words, edits);
         }
     }
 
@@ -171,18 +269,51 @@ impl Found<'_> {
 
     /// A comparison that switches back a little later than on.
     fn hysteresis(&mut self, left: &Expr, right: &Expr) {
-        let (ExprKind::Ref(_), ExprKind::Binary(op, value, bound)) = (&left.kind, &right.kind) else { return };
-        let Some(size) = number(bound).filter(|_| self.trouble.run && self.is_marked(right.span)) else { return };
-        let (value, name) = (self.snippet(value.span).to_string(), self.snippet(left.span).to_string());
-        let (on, off) = (size + HYSTERESIS * size.abs(), size - HYSTERESIS * size.abs());
+        if !matches!(left.kind, ExprKind::Ref(_)) || !self.trouble.run || !self.is_marked(right.span) {
+            return;
+        }
+        let name = self.snippet(left.span).to_string();
+        for width in HYSTERESES {
+            if let Some(text) = self.with_hysteresis(right, &name, width) {
+                self.write(Rank::Moment, right.span, &text);
+            }
+        }
+        self.switched(right);
+    }
+
+    /// A comparison with a number that switches the Boolean `name` on beyond it and off below, as text.
+    fn with_hysteresis(&self, comparison: &Expr, name: &str, width: f64) -> Option<String> {
+        let ExprKind::Binary(op, value, bound) = &comparison.kind else { return None };
+        let size = number(bound).filter(|size| *size != 0.0)?;
+        let (on, off) = (size + width * size.abs(), size - width * size.abs());
         let (sign, on, off) = match op {
             BinaryOp::Greater | BinaryOp::GreaterEqual => (">", on, off),
             BinaryOp::Less | BinaryOp::LessEqual => ("<", off, on),
-            _ => return,
+            _ => return None,
         };
-        let text = format!("{value} {sign} {} or pre({name}) and {value} {sign} {}", significant(on), significant(off));
-        if size != 0.0 {
-            self.write(Rank::Moment, right.span, &text);
+        let value = self.snippet(value.span);
+        Some(format!("{value} {sign} {} or pre({name}) and {value} {sign} {}", significant(on), significant(off)))
+    }
+
+    /// A law with two branches whose condition becomes a Boolean with a hysteresis.
+    fn switched(&mut self, right: &Expr) {
+        let ExprKind::If(branches, _) = &right.kind else { return };
+        let [(condition, _)] = &branches[..] else { return };
+        let at = condition.span.start as usize;
+        // The section that holds it begins before it.
+        let Some(section) = self.text[..at].rfind("equation") else { return };
+        let begin = self.text[..section].rfind('\n').map_or(0, |at| at + 1) as u32;
+        let end = (section + "equation".len()) as u32;
+        let Some(name) = ["is_on", "is_beyond"].into_iter().find(|name| !self.text.contains(name)) else { return };
+        for width in HYSTERESES {
+            let Some(text) = self.with_hysteresis(condition, name, width) else { return };
+            let edits = vec![
+                self.edit(begin, begin, format!("  Boolean {name}(start = false, fixed = true);\n")),
+                self.edit(end, end, format!("\n  {name} = {text};")),
+                self.replaced(condition.span, name),
+            ];
+            let old = self.said(condition.span);
+            self.push(Rank::Moment, format!("give `{old}` a hysteresis: `{name} = {text}`"), edits);
         }
     }
 
@@ -252,9 +383,12 @@ impl Found<'_> {
         if !self.trouble.too_few && !self.trouble.too_many && !self.trouble.start && !self.trouble.text {
             return;
         }
+        // Messages may name no more than the end that was meant.
+        let is_meant = |end: &ComponentRef| self.open.iter().any(|open| is_near(open, self.snippet(end.span)));
         if !self.is_marked(a.span)
             && !self.names.contains(self.snippet(a.span))
             && !self.names.contains(self.snippet(b.span))
+            && ![a, b].into_iter().any(is_meant)
         {
             return;
         }
@@ -268,10 +402,13 @@ impl Found<'_> {
                 continue;
             }
             for name in names.iter().filter(|name| **name != x && **name != y) {
-                // The same socket of another component, such as that of `lamp_2` for that of `lamp_1`.
-                let is_near =
-                    old.rsplit('.').next() == name.rsplit('.').next() && hyd_source::edit_distance(&old, name) <= NEAR;
-                self.write(if is_near { Rank::Ends } else { Rank::OtherEnds }, span, name);
+                let other = if span == a.span { &y } else { &x };
+                let rank = match is_near(&old, name) {
+                    true if number_of(name).is_some() && number_of(name) == number_of(other) => Rank::Twins,
+                    true => Rank::Ends,
+                    false => Rank::OtherEnds,
+                };
+                self.write(rank, span, name);
             }
         }
     }
@@ -289,15 +426,19 @@ impl Found<'_> {
         }
         ends.sort();
         ends.dedup();
+        // What nobody reads is what is missing; outputs are called `y` nearly everywhere.
+        let unread = components.iter().map(|own| format!("{}.y", own.name.name)).filter(|own| !ends.contains(own));
+        let unread: Vec<String> = unread.collect();
         let component = |end: &str| end.split(['.', '[']).next().unwrap_or_default().to_string();
         for open in self.open.clone() {
             if components.iter().all(|own| *own.name.name != *component(&open)) {
                 continue;
             }
-            for other in ends.iter().filter(|other| component(other) != component(&open)) {
+            let others = unread.iter().map(|own| (Rank::Unread, own)).chain(ends.iter().map(|own| (Rank::Joined, own)));
+            for (rank, other) in others.filter(|(_, other)| component(other) != component(&open)) {
                 let text = format!("connect({open}, {other})");
                 let edit = self.edit(first.span.start, first.span.start, format!("{text};\n  "));
-                self.push(Rank::Joined, format!("add `{text}`"), vec![edit]);
+                self.push(rank, format!("add `{text}`"), vec![edit]);
             }
         }
     }
@@ -333,6 +474,18 @@ impl Found<'_> {
             }
         }
     }
+}
+
+/// True for the same socket of another component that is called almost the same, such as that of `lamp_2` for that of `lamp_1`.
+fn is_near(one: &str, other: &str) -> bool {
+    one.rsplit('.').next() == other.rsplit('.').next() && hyd_source::edit_distance(one, other) <= NEAR
+}
+
+/// The digits at the end of the component of a connector: 2 of `lamp_2.p`.
+fn number_of(end: &str) -> Option<&str> {
+    let component = end.rsplit_once('.')?.0;
+    let name = component.trim_end_matches(|c: char| c.is_ascii_digit());
+    Some(&component[name.len()..]).filter(|digits| !digits.is_empty())
 }
 
 /// True for an expression of numbers and of these parameters.

@@ -93,7 +93,9 @@ impl Found<'_> {
                 }
             }
             [a] if is_named(function, "sqrt") && is_run && is_marked => {
-                self.write(Rank::Marked, expr.span, &format!("sign({a})*sqrt(abs({a}))"));
+                if !self.is_stored(&positional[0]) {
+                    self.write(Rank::Marked, expr.span, &format!("sign({a})*sqrt(abs({a}))"));
+                }
                 self.write(Rank::Marked, expr.span, &format!("sqrt(max({a}, 0))"));
             }
             [a] if (is_named(function, "asin") || is_named(function, "acos")) && is_run && is_marked => {
@@ -118,7 +120,7 @@ impl Found<'_> {
         let turned = |found: &mut Self, from: u32, to: u32, sign: &str, term: Span| {
             let edit = found.edit(from, to, sign);
             let (line, term) = (found.line(from), found.snippet(term).split_whitespace().collect::<Vec<_>>().join(" "));
-            found.push(Rank::Sign, format!("turn the sign of `{term}` in line {line} round"), vec![edit]);
+            found.push(Rank::Sign, format!("change the sign of `{term}` in line {line}"), vec![edit]);
         };
         match &expr.kind {
             ExprKind::Binary(op @ (BinaryOp::Add | BinaryOp::Sub), a, b) if a.span.start == expr.span.start => {
@@ -140,8 +142,40 @@ impl Found<'_> {
             ExprKind::Integer(0) | ExprKind::Boolean(_) | ExprKind::Text(_) | ExprKind::Unary(UnaryOp::Not, _) => {}
             ExprKind::Binary(op, ..)
                 if !matches!(op, BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Pow) => {}
+            // A number is meant as it stands.
+            _ if number(expr).is_some() => {
+                let is_definition = std::mem::replace(&mut self.is_definition, true);
+                turned(self, expr.span.start, expr.span.start, "-", expr.span);
+                self.is_definition = is_definition;
+            }
             _ => turned(self, expr.span.start, expr.span.start, "-", expr.span),
         }
+    }
+
+    /// True for a product of states, by the derivatives that the text takes, without a sum or difference: what is stored is used up, where what drives
+    /// a flow changes its direction.
+    pub(super) fn is_stored(&self, expr: &Expr) -> bool {
+        struct Stored<'a> {
+            text: &'a str,
+            is_stored: bool,
+            is_sum: bool,
+        }
+        impl Visitor for Stored<'_> {
+            fn expr(&mut self, expr: &Expr) {
+                match &expr.kind {
+                    ExprKind::Binary(BinaryOp::Add | BinaryOp::Sub, ..) => self.is_sum = true,
+                    ExprKind::Ref(_) => {
+                        let name = &self.text[expr.span.start as usize..expr.span.end as usize];
+                        self.is_stored |= self.text.contains(&format!("der({name})"));
+                    }
+                    _ => {}
+                }
+                walk_expr(self, expr);
+            }
+        }
+        let mut own = Stored { text: self.text, is_stored: false, is_sum: false };
+        own.expr(expr);
+        own.is_stored && !own.is_sum
     }
 
     /// The reads of a name within an expression, apart from those of its value before the event.

@@ -33,6 +33,8 @@ pub struct Trouble {
     pub run: bool,
     /// An assertion: the equations have a solution, but none that is meant.
     pub judged: bool,
+    /// Events whose intervals shrink: many a change makes a bounce stop that has nothing to do with it.
+    pub accumulates: bool,
 }
 
 impl Trouble {
@@ -65,8 +67,12 @@ impl Trouble {
 pub enum Rank {
     /// A number far from the usual that is usual in another unit.
     Unit,
+    /// A parameter that has nothing but a start value is found by the initial equations.
+    Determined,
     /// A slip at a place that messages mark.
     Marked,
+    /// A connection with an end that is called almost the same, and has the number of the other end.
+    Twins,
     /// A connection with an end that is called almost the same.
     Ends,
     /// A range of a loop.
@@ -75,6 +81,8 @@ pub enum Rank {
     Start,
     /// When something is done.
     Moment,
+    /// A motion that bounces comes to rest.
+    Rest,
     /// Something is done at the start, too, whatever its condition says.
     AtOnce,
     /// Two numbers, two arguments or two sockets of a component exchanged.
@@ -83,8 +91,12 @@ pub enum Rank {
     Guess,
     /// A number that may be of another unit by its size.
     OtherUnit,
+    /// A start value that nobody has given.
+    FirstStart,
     /// The same of a number without a unit, by what its equations make of it.
     InferredUnit,
+    /// A connection that is missing, with an output that nothing reads.
+    Unread,
     /// A connection that is missing.
     Joined,
     /// The sign of a term.
@@ -101,7 +113,17 @@ impl Rank {
     /// True where the first of several changes that heal is as good as the others, or better: what is fixed at the start by one of two
     /// components, a guess.  Of many equations any one can be left out, and many a sign can be turned round: there only what is alone is meant.
     pub fn first_is_best(self) -> bool {
-        matches!(self, Rank::Unit | Rank::Marked | Rank::Loop | Rank::Start | Rank::Moment | Rank::Guess)
+        matches!(
+            self,
+            Rank::Unit
+                | Rank::Determined
+                | Rank::Marked
+                | Rank::Loop
+                | Rank::Start
+                | Rank::Moment
+                | Rank::Rest
+                | Rank::Guess
+        )
     }
 }
 
@@ -112,6 +134,8 @@ pub struct Change {
     pub rank: Rank,
     /// It touches a line that a message marks.
     pub marked: bool,
+    /// It changes what says how two variables belong together (`T = port.T`, `der(x) = v`): that it heals speaks against others, and hardly for it.
+    pub is_definition: bool,
     /// What it does.
     pub proposal: Proposal,
 }
@@ -137,7 +161,25 @@ pub fn changes(
     let unconnected = messages.iter().filter(|own| own.message.starts_with("nothing is connected to"));
     let open = unconnected.flat_map(|own| own.message.split('`').skip(1).step_by(2)).map(str::to_string).collect();
     let asserted = Asserted::of(&stored.classes);
-    let mut found = Found { text, file, trouble, begins, marked, names, open, asserted, changes: Vec::new() };
+    let surplus = told().find_map(|own| own.message.split_once(" too many in `")?.1.split_once("` itself"));
+    let surplus = surplus.map(|(class, _)| class.to_string());
+    let begins_at_zero =
+        told().flat_map(|own| &own.notes).filter_map(|own| own.split_once("` has no start value and begins at 0"));
+    let without_start = begins_at_zero.map(|(name, _)| name.trim_start_matches('`').to_string()).collect();
+    let mut found = Found {
+        text,
+        file,
+        trouble,
+        begins,
+        marked,
+        names,
+        open,
+        asserted,
+        surplus,
+        without_start,
+        is_definition: false,
+        changes: Vec::new(),
+    };
     for class in &stored.classes {
         found.class(class);
     }
@@ -145,12 +187,13 @@ pub fn changes(
         found.numbers(flat, inferred);
     }
     let mut changes = found.changes;
+    changes.retain(|own| !trouble.accumulates || matches!(own.rank, Rank::Rest | Rank::Marked | Rank::Unit));
     let mut known = BTreeSet::new();
     changes.retain(|own| {
         let edits = own.proposal.edits.iter().map(|edit| (edit.span.start, edit.span.end, edit.text.clone()));
         known.insert(edits.collect::<Vec<_>>())
     });
-    changes.sort_by_key(|own| (own.rank, !own.marked));
+    changes.sort_by_key(|own| (own.rank, !own.marked, own.is_definition));
     changes
 }
 
@@ -168,6 +211,12 @@ struct Found<'a> {
     /// Connectors to which nothing is connected.
     open: Vec<String>,
     asserted: Asserted,
+    /// The class that has equations too many, if messages say which.
+    surplus: Option<String>,
+    /// Variables that begin at 0 because they have no start value.
+    without_start: BTreeSet<String>,
+    /// What stands at hand says how two variables belong together.
+    is_definition: bool,
     changes: Vec<Change>,
 }
 
@@ -187,9 +236,13 @@ impl Found<'_> {
         let starts = self.components(&components);
         let settings = components.iter().filter(|own| own.variability <= Variability::Parameter);
         let settings: BTreeSet<&str> = settings.map(|own| &*own.name.name).collect();
+        let is_balanced = self.surplus.as_ref().is_some_and(|own| **own != *class.name.name);
+        let too_many = self.trouble.too_many;
+        self.trouble.too_many = too_many && !is_balanced;
         for section in equations {
             self.section(section, &starts, &settings);
         }
+        self.trouble.too_many = too_many;
         self.sockets(equations);
         self.missing(equations, &components);
     }
@@ -222,7 +275,9 @@ impl Found<'_> {
 
     fn push(&mut self, rank: Rank, message: impl Into<String>, edits: Vec<Edit>) {
         let marked = edits.iter().any(|own| self.is_marked(own.span));
-        self.changes.push(Change { rank, marked, proposal: Proposal { message: message.into(), edits } });
+        let is_definition = self.is_definition;
+        let proposal = Proposal { message: message.into(), edits };
+        self.changes.push(Change { rank, marked, is_definition, proposal });
     }
 
     /// A change of one stretch that is short enough to be said as it stands.
@@ -306,6 +361,7 @@ mod tests {
             (text, Rank::Loop, "for i in 1:n - 2 loop x[i] = 1; end for", "for i in 1:n - 1 loop x[i] = 1; end for"),
             (text, Rank::Exchanged, "q = f(a + 1, b)", "q = f(b, a + 1)"),
             (too_many, Rank::LeftOut, "x = 1", ""),
+            (run, Rank::Marked, "der(h) = -k*sqrt(2*h)", "der(h) = if 2*h > 0 then -k*sqrt(max(2*h, 0)) else 0"),
         ] {
             let whole = |own: &str| match own {
                 "" => "model M\nequation\n  \nend M;\n".to_string(),
@@ -322,6 +378,10 @@ mod tests {
         };
         assert!(moved("x = 2*a;") && moved("x = -1;"));
         assert!(!moved("x = 2*time;") && !moved("x = der(y);") && !moved("x = y;") && !moved("2*x = a;"));
+        // A parameter that only has a start may be meant to be found.
+        let found = "model M\n  parameter Real u(start = 10);\nend M;\n";
+        let meant = found.replace("10", "10, fixed = false");
+        assert!(texts(found, start, "parameter").contains(&(Rank::Determined, meant)));
         let fixed = "model M\n  Real x(start = 1, fixed = true);\nend M;\n";
         assert!(texts(fixed, start, "Real x").contains(&(Rank::Start, fixed.replace("true", "false"))));
     }
@@ -329,7 +389,15 @@ mod tests {
     #[test]
     fn what_an_assertion_says_stays() {
         let text = "model M\nequation\n  assert(x - 1 < 2 + y, \"no\");\nend M;\n";
-        let all = Trouble { text: true, too_many: true, too_few: true, start: true, run: true, judged: true };
+        let all = Trouble {
+            text: true,
+            too_many: true,
+            too_few: true,
+            start: true,
+            run: true,
+            judged: true,
+            accumulates: false,
+        };
         assert_eq!(texts(text, all, "assert"), []);
         // What it compares with, in whatever words, in algorithms, too.
         for limits in [

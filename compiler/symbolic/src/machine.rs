@@ -232,9 +232,14 @@ fn turns_text(name: &str) -> String {
     format!("{} takes more than {} turns of its loops and calls", called(name), MACHINE_LIMITS.turns)
 }
 
-/// A function by its name; statements of a model that became one have the name `algorithm`, which no function can have.
+/// A function by its name; statements of a model that became one have the name `algorithm`, and an element that is chosen during the run has its own text
+/// (`x[k]`), which no function can have.
 fn called(name: &str) -> String {
-    if name == "algorithm" { "the algorithm".into() } else { format!("the function `{name}`") }
+    match name {
+        "algorithm" => "the algorithm".into(),
+        element if element.contains('[') => format!("`{element}`"),
+        function => format!("the function `{function}`"),
+    }
 }
 
 fn outside(body: &Body, index: f64, count: u32, account: &mut Account) -> Flow {

@@ -227,7 +227,11 @@ pub fn place(address: &Address, instance: u32, tables: &[u32]) -> (Area, u32, bo
 /// What an operation with finite operands did to give a value that is not finite, in the user's words.
 fn explain(node: Node, values: &[f64]) -> String {
     // Tiny values in decimals would be a row of zeros.
-    let number = |value: f64| if value != 0.0 && value.abs() < 1e-4 { format!("{value:e}") } else { value.to_string() };
+    let number = |value: f64| match hyd_system::significant(value) {
+        // The digits that put it outside of what an operation takes.
+        short if value.abs() != 1.0 && short.trim_start_matches('-') == "1" => value.to_string(),
+        short => short,
+    };
     let v = |id: NodeId| values[id.index()];
     let n = |id: NodeId| number(v(id));
     match node {

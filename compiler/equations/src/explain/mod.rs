@@ -3,6 +3,7 @@
 pub(crate) mod cost;
 pub(crate) mod faults;
 pub(crate) mod floating;
+pub(crate) mod held_conditions;
 pub(crate) mod held_states;
 pub(crate) mod matrix;
 pub(crate) mod prescribed;

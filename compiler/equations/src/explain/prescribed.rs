@@ -5,7 +5,9 @@
 //! is the other kind.  Where nothing but potentials or nothing but flows of connectors are at stake, the components are
 //! named instead of the equations.
 
-use hyd_flat::{BlockId, VarId};
+use std::collections::BTreeMap;
+
+use hyd_flat::{BlockId, Potential, VarId};
 use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Matching, smallest_overdetermined, smallest_underdetermined};
@@ -13,7 +15,7 @@ use rustc_hash::FxHashSet;
 
 use crate::explain::faults::{list_names, variable_of};
 use crate::incidence::{Pattern, Unknowns};
-use crate::system::EquationSystem;
+use crate::system::{EquationSystem, Resolution};
 
 /// Most components that are marked.
 const MOST_MARKED: usize = 8;
@@ -36,6 +38,9 @@ pub(crate) fn prescribed_twice(
         variables.map(|v: VarId| system.flat.locate(v).0).collect()
     };
     let (many, few) = (blocks(&over.columns), blocks(&under.columns));
+    if over.columns.is_empty() {
+        return without_difference(system, &few);
+    }
     let has_potential = |set: &FxHashSet<BlockId>| system.flat.potentials.iter().any(|own| set.contains(&own.block));
     let has_flow = |set: &FxHashSet<BlockId>| system.flat.flows.iter().any(|own| set.contains(own));
     let of_potentials = has_potential(&many) && !has_flow(&many) && has_flow(&few) && !has_potential(&few);
@@ -65,15 +70,62 @@ pub(crate) fn prescribed_twice(
             "connect a component between them that takes up the difference of the flows, such as a resistance or a store",
         ),
     };
-    let mut diagnostic = Diagnostic::error(Code::Singular, message);
+    Some(marked(Diagnostic::error(Code::Singular, message), system, &components).help(help))
+}
+
+/// The same where several components connect nodes between which there is no difference of potentials, such as two ideal sensors side by side: what
+/// the second one says is known, and contains no unknown.
+fn without_difference(system: &EquationSystem, few: &FxHashSet<BlockId>) -> Option<Diagnostic> {
+    // Both ends of a component at one potential, and its flow open.
+    let mut ends: BTreeMap<String, Vec<Option<VarId>>> = BTreeMap::new();
     for potential in &system.flat.potentials {
-        let name = system.flat.variables[potential.block].name.element(0);
-        let parts: Vec<&str> = name.split('.').collect();
-        let component = parts[..parts.len().saturating_sub(potential.depth as usize)].join(".");
+        let v = system.flat.variables[potential.block].first;
+        let kept = match system.resolution[v] {
+            Resolution::Own => Some(v),
+            Resolution::Alias { of, negated: false } => Some(of),
+            _ => None,
+        };
+        ends.entry(component_of(system, potential)).or_default().push(kept);
+    }
+    let is_open = |name: &str| {
+        few.iter().any(|&block| {
+            let own = system.flat.variables[block].name.element(0);
+            own.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'))
+        })
+    };
+    let mut by_node: BTreeMap<VarId, Vec<String>> = BTreeMap::new();
+    for (name, ends) in ends {
+        if let [Some(one), Some(other)] = ends[..]
+            && one == other
+            && is_open(&name)
+        {
+            by_node.entry(one).or_default().push(name);
+        }
+    }
+    let components = by_node.into_values().find(|all| all.len() > 1)?;
+    let names = list_names(components.iter().cloned());
+    let message = format!(
+        "{names} lie side by side between the same two nodes without a difference of potential, and nothing determines how the flow divides \
+         between them"
+    );
+    let help = "connect them one behind the other, or give one of them a resistance";
+    Some(marked(Diagnostic::error(Code::Singular, message), system, &components).help(help))
+}
+
+/// The component of a potential, by name.
+fn component_of(system: &EquationSystem, potential: &Potential) -> String {
+    let name = system.flat.variables[potential.block].name.element(0);
+    let parts: Vec<&str> = name.split('.').collect();
+    parts[..parts.len().saturating_sub(potential.depth as usize)].join(".")
+}
+
+/// Marks where components are declared.
+fn marked(mut diagnostic: Diagnostic, system: &EquationSystem, components: &[String]) -> Diagnostic {
+    for potential in &system.flat.potentials {
         let is_new = diagnostic.labels.iter().all(|label| label.span != potential.declared);
-        if is_new && components.contains(&component) && diagnostic.labels.len() < MOST_MARKED {
+        if is_new && components.contains(&component_of(system, potential)) && diagnostic.labels.len() < MOST_MARKED {
             diagnostic = diagnostic.at(potential.declared, "");
         }
     }
-    Some(diagnostic.help(help))
+    diagnostic
 }

@@ -149,6 +149,13 @@ pub fn approaches(
                     Use::Power => Some(format!(
                         "if it should also hold for negative values, write `sign(x)*abs(x)^n` for `x^n`, with `{text}` for `x`"
                     )),
+                    Use::Root if is_stored(flat, &templates, node, operands) => Some(format!(
+                        "if it is used up here, let what takes from it end, as in `if {text} > 0 then ... else 0`"
+                    )),
+                    Use::Divisor => Some(format!(
+                        "if the run is to go on, bound it, as in `{}({text}, limit)` with the value closest to zero that is meant",
+                        if before > 0.0 { "max" } else { "min" }
+                    )),
                     Use::Root => Some(format!(
                         "if it should also hold for negative values, write `sign(x)*sqrt(abs(x))` for `sqrt(x)`, with `{text}` for `x`"
                     )),
@@ -169,6 +176,22 @@ pub fn approaches(
         }
     }
     told
+}
+
+/// True for an expression without a sum or difference whose variables are states: what drives a flow may change its direction, what is stored is used up.
+fn is_stored(flat: &FlatModel, templates: &Templates, node: NodeId, operands: &[Operand]) -> bool {
+    let arena = &templates.arena;
+    if post_order(arena, &[node]).into_iter().any(|id| matches!(arena.node(id), Node::Add(..) | Node::Sub(..))) {
+        return false;
+    }
+    let is_state = |v: hyd_flat::VarId| {
+        let mut all = flat.equations.iter().filter(|block| block.section == Section::Continuous);
+        all.any(|block| block.operands.iter().any(|operand| operand.target() == Target::Der(v)))
+    };
+    slots(arena, &[node]).into_iter().all(|slot| match operands[slot.index()].target() {
+        Target::Var(v) => flat.variables[flat.locate(v).0].variability <= Variability::Parameter || is_state(v),
+        _ => false,
+    })
 }
 
 fn signed(value: f64, operand: Operand) -> f64 {

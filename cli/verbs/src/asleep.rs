@@ -1,0 +1,39 @@
+//! What slept through a failed run: conditions of `when` that held from its start on.
+
+use hyd_compiler::{Compilation, held_conditions};
+use hyd_flat::Made;
+use hyd_results::Trajectory;
+use hyd_source::{Diagnostic, Label, Span};
+
+use crate::trials::Trials;
+
+/// Of a run that fails at the start nothing is told.
+const FEWEST_ROWS: usize = 2;
+/// Of more conditions none is named: in a state machine many hold for long.
+const MOST: usize = 2;
+
+impl Trials<'_> {
+    /// Says in the message of a failed assertion which conditions of `when` held all through the run, as far as it can be repeated in the steps that
+    /// trying allows.
+    pub fn tell_held_conditions(&self, compilation: &Compilation, diagnostic: &mut Diagnostic) {
+        let Some(flat) = compilation.flat.as_deref() else { return };
+        if !flat.variables.iter().any(|block| block.made == Some(Made::Event)) {
+            return;
+        }
+        let mut rows = Trajectory::new();
+        if self.recorded(compilation, &mut rows).is_none() || rows.len() < FEWEST_ROWS {
+            return;
+        }
+        let value = |row: usize, name: &str| rows.series(name).map(|series| series.at(row));
+        let held: Vec<(String, Span)> = held_conditions(flat, rows.times(), &value);
+        if held.len() > MOST {
+            return;
+        }
+        for (text, span) in held {
+            diagnostic.message.push_str(&format!(
+                "; `{text}` holds from the start, and a `when` acts only when its condition becomes true"
+            ));
+            diagnostic.labels.push(Label { span, message: String::new(), primary: false });
+        }
+    }
+}
