@@ -65,6 +65,7 @@ pub(crate) fn fix(
         (None, 0) => output::print(&format!("{name}: no message proposes a change that can be made here\n"))?,
         (None, tried) => {
             let words = match healing.proposals.len() {
+                0 if tried == 1 => "the one small change that was tried does not make it run".to_string(),
                 0 => format!("none of the {tried} small changes that were tried makes it run"),
                 1 => format!(
                     "one of the {tried} small changes that were tried makes it run, which may not be what is meant, and was not made"

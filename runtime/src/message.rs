@@ -317,10 +317,12 @@ fn grown(place: &Place) -> Option<(&str, f64, f64)> {
 fn domain_hint(f: &mut Formatter<'_>, failure: Option<&EvalFailure>) -> fmt::Result {
     match failure {
         Some(failure) if failure.reason.contains(" fails: ") => Ok(()),
-        Some(failure) if is_subscript(failure) => hint(
-            f,
-            "a subscript has to stay within its array: its start value counts, too, which is 0 where none is given",
-        ),
+        Some(failure) if failure.reason.contains(" uses subscript 0 ") => {
+            hint(f, "subscripts begin at 1: a start value counts, too, which is 0 where none is given")
+        }
+        Some(failure) if is_subscript(failure) => {
+            hint(f, "a subscript has to stay within its array: limit it, or end the run before")
+        }
         _ => hint(f, DOMAINS),
     }
 }

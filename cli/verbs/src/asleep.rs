@@ -1,4 +1,4 @@
-//! What slept through a failed run: conditions of `when` that held from its start on.
+//! Conditions of `when` that were true throughout a failed run.
 
 use hyd_compiler::{Compilation, held_conditions};
 use hyd_flat::Made;
@@ -7,7 +7,7 @@ use hyd_source::{Diagnostic, Label, Span};
 
 use crate::trials::Trials;
 
-/// Of a run that fails at the start nothing is told.
+/// A run that fails at the start says nothing of conditions.
 const FEWEST_ROWS: usize = 2;
 /// Of more conditions none is named: in a state machine many hold for long.
 const MOST: usize = 2;
@@ -30,9 +30,9 @@ impl Trials<'_> {
             return;
         }
         for (text, span) in held {
-            diagnostic.message.push_str(&format!(
-                "; `{text}` holds from the start, and a `when` acts only when its condition becomes true"
-            ));
+            let words =
+                format!("`{text}` holds from the start, and a `when` acts only when its condition becomes true");
+            diagnostic.notes.insert(0, words);
             diagnostic.labels.push(Label { span, message: String::new(), primary: false });
         }
     }

@@ -268,8 +268,11 @@ impl LibraryPath {
     }
 
     fn read(&mut self, folder: &Path, stem: &str) -> Result<Option<SourceText>, String> {
+        // The file of the folder itself is not that of a class in it that is called `Package`.
+        let is_named_so = stem != "package" && stem.eq_ignore_ascii_case("package");
         for extension in EXTENSIONS {
-            if let Some(name) = self.entry(folder, &format!("{stem}.{extension}"))? {
+            let file = format!("{stem}.{extension}");
+            if let Some(name) = self.entry(folder, &file)?.filter(|name| !is_named_so || *name == file) {
                 return self.read_file(&folder.join(name));
             }
         }

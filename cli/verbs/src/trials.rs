@@ -120,7 +120,9 @@ impl Trials<'_> {
         // Of signs that bring a run through many a one would, among them those that are not tried; an assertion says what is meant, and growth
         // without bound that a sign is wrong.
         healing.is_a_guess = found.is_some_and(|(rank, _)| match rank {
-            Rank::InferredUnit | Rank::AtOnce | Rank::FirstStart => true,
+            Rank::InferredUnit | Rank::AtOnce | Rank::FirstStart | Rank::RestForNow | Rank::UsedUp | Rank::Prefix => {
+                true
+            }
             Rank::Sign => !trouble.judged && !failure.is_some_and(SolveError::grows),
             _ => false,
         });

@@ -6,6 +6,7 @@
 //! structurally singular; the message names the smallest part at fault.
 
 use hyd_flat::{BlockId, Imbalance, Section, Target, VarId};
+use hyd_index::TypedIndex;
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Matching, maximum_matching};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -86,7 +87,7 @@ fn as_written(system: &EquationSystem) -> Option<Diagnostic> {
     (!matching.is_perfect()).then(|| imbalance(&plain, &pattern, &unknowns, &matching))
 }
 
-/// Of an array whose elements have derivatives, at most one in so many lacks its own by mistake.
+/// An element without a derivative is taken for a mistake where at least so many times as many others have one.
 const MANY_TIMES: usize = 3;
 /// Most declarations of inputs that are marked.
 const MOST_MARKED: usize = 8;
@@ -185,10 +186,30 @@ fn rate_of_one(system: &EquationSystem) -> Option<String> {
             }
         }
     }
+    let given: FxHashSet<VarId> = flat
+        .equations
+        .iter()
+        .filter(|block| block.section == Section::Continuous)
+        .flat_map(|block| {
+            let template = flat.templates.get(block.template);
+            let left = flat.templates.arena.node(template.left);
+            (0..block.count as usize).filter_map(move |k| {
+                let hyd_symbolic::Node::Slot(left) = left else { return None };
+                match block.operands_of(k, template.arity as usize)[left.index()].target() {
+                    Target::Var(v) => Some(v),
+                    _ => None,
+                }
+            })
+        })
+        .collect();
     let mut found = rates.into_iter().filter_map(|(block, known)| {
         let own = &flat.variables[block];
         let missing = (own.count as usize).checked_sub(known.len()).filter(|&missing| missing > 0)?;
         let names = (0..own.count).filter(|k| !known.contains(&VarId(own.first.0 + k)));
+        // One that has an equation of its own is not a state.
+        if names.clone().any(|k| given.contains(&VarId(own.first.0 + k))) {
+            return None;
+        }
         let names: Vec<String> = names.map(|k| format!("der({})", own.name.element(k as usize))).collect();
         (known.len() > 1 && missing * MANY_TIMES <= known.len()).then_some((own.first, names, known.len()))
     });
@@ -207,7 +228,7 @@ fn the_only_fault(system: &EquationSystem, difference: usize, written: usize) ->
         let own = system.flat.imbalances.iter().find(|fault| fault.given < written).filter(is_all)?;
         let class = own.class.rsplit('.').next().unwrap_or(&own.class);
         return Some(format!(
-            "{} {} in `{class}` itself: its components are balanced",
+            "{} {} in `{class}` beside its components, which are balanced",
             counted(difference, "equation"),
             fate(own)
         ));

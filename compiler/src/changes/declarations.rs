@@ -53,7 +53,9 @@ impl Found<'_> {
     /// A parameter that has a start value and no other may be meant to be found by the initial equations.
     fn found_at_the_start(&mut self, component: &Component) {
         let own = &component.modification;
-        if component.variability != Variability::Parameter || own.binding.is_some() || !self.trouble.start {
+        // Where fixed starts contradict each other, a number that is to be given is not what is meant.
+        let is_asked = self.trouble.start && self.initial_surplus;
+        if component.variability != Variability::Parameter || own.binding.is_some() || !is_asked {
             return;
         }
         let named = |name: &str| {

@@ -15,7 +15,7 @@ use super::{Found, Rank, is_named, number};
 
 /// Speeds from which on a bounce is taken for rest.
 const RESTS: [&str; 3] = ["0.01", "0.1", "0.001"];
-/// Half the width of a hysteresis, as a part of the bound.
+/// Half the widths of a hysteresis that are tried, as a part of the bound.
 const HYSTERESES: [f64; 3] = [1e-3, 0.02, 0.2];
 /// Names that differ by so many letters are taken for each other.
 const NEAR: usize = 2;
@@ -33,7 +33,7 @@ impl Found<'_> {
     ) {
         let first = section.equations.first().map(|own| own.span);
         if self.trouble.accumulates && !section.initial {
-            self.rest(&section.equations);
+            self.rest(&section.equations, settings);
         }
         for equation in &section.equations {
             self.equation(equation);
@@ -128,7 +128,9 @@ impl Found<'_> {
             let (before, after) =
                 (&self.text[whole.0..argument.start as usize], &self.text[argument.end as usize..whole.1]);
             let law = format!("{} = if {text} > 0 then {before}max({text}, 0){after} else 0", self.snippet(left.span));
-            self.write(Rank::Marked, equation.span, &law);
+            // What stands beside the root may go on.
+            let is_product = !matches!(right.kind, ExprKind::Binary(BinaryOp::Add | BinaryOp::Sub, ..));
+            self.write(if is_product { Rank::Marked } else { Rank::UsedUp }, equation.span, &law);
         }
     }
 
@@ -152,13 +154,13 @@ impl Found<'_> {
     }
 
     /// A bounce that comes to rest: the Boolean that the usual recipe has, with limits of the speed from which on it rests.
-    fn rest(&mut self, equations: &[Equation]) {
+    fn rest(&mut self, equations: &[Equation], settings: &BTreeSet<&str>) {
         let rate = |name: &str| {
             equations.iter().find_map(|own| match &own.kind {
                 EquationKind::Equal(left, right) => {
                     let ExprKind::Call(function, Arguments::List { positional, .. }) = &left.kind else { return None };
                     let [of] = &positional[..] else { return None };
-                    (is_named(function, "der") && self.snippet(of.span) == name).then_some(right.span)
+                    (is_named(function, "der") && self.snippet(of.span) == name).then_some(right)
                 }
                 _ => None,
             })
@@ -166,16 +168,20 @@ impl Found<'_> {
         let mut found = Vec::new();
         for equation in equations {
             let EquationKind::When(branches) = &equation.kind else { continue };
-            for own in branches.iter().flat_map(|(_, body)| body) {
+            for (condition, own) in branches.iter().flat_map(|(when, body)| body.iter().map(move |own| (when, own))) {
                 let EquationKind::Call(function, Arguments::List { positional, .. }) = &own.kind else { continue };
+                // Nothing moves what it rests on, and nothing lifts it.
+                let is_still = |bound: &Expr| is_setting(bound, settings);
+                let rests_on = matches!(&condition.kind, ExprKind::Binary(_, a, b) if is_still(a) || is_still(b));
                 if let ([speed, value], true) = (&positional[..], is_named(function, "reinit"))
                     && let Some(rate) = rate(self.snippet(speed.span))
                 {
-                    found.push((speed.span, value.span, rate, own.span));
+                    let rank = if rests_on && is_still(rate) { Rank::Rest } else { Rank::RestForNow };
+                    found.push((speed.span, value.span, rate.span, own.span, rank));
                 }
             }
         }
-        let [(speed, value, rate, call)] = found[..] else { return };
+        let [(speed, value, rate, call, rank)] = found[..] else { return };
         let Some(section) = self.text[..equations[0].span.start as usize].rfind("equation") else { return };
         let begin = self.text[..section].rfind('\n').map_or(0, |at| at + 1) as u32;
         let name = ["rests", "is_at_rest"].into_iter().find(|name| !self.text.contains(name));
@@ -191,7 +197,7 @@ impl Found<'_> {
             let words = format!(
                 "let `{said}` come to rest by a Boolean `{name}` once it is less than {limit} after an impact: `der({said}) = if {name} then 0 else {law}`"
             );
-            self.push(Rank::Rest, words, edits);
+            self.push(rank, words, edits);
         }
     }
 

@@ -96,7 +96,8 @@ impl Found<'_> {
                 if !self.is_stored(&positional[0]) {
                     self.write(Rank::Marked, expr.span, &format!("sign({a})*sqrt(abs({a}))"));
                 }
-                self.write(Rank::Marked, expr.span, &format!("sqrt(max({a}, 0))"));
+                let rank = if self.is_stored(&positional[0]) { Rank::UsedUp } else { Rank::Marked };
+                self.write(rank, expr.span, &format!("sqrt(max({a}, 0))"));
             }
             [a] if (is_named(function, "asin") || is_named(function, "acos")) && is_run && is_marked => {
                 let name = &function.parts[0].name.name;

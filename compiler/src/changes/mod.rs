@@ -83,6 +83,10 @@ pub enum Rank {
     Moment,
     /// A motion that bounces comes to rest.
     Rest,
+    /// The same where something may set it in motion again.
+    RestForNow,
+    /// A law ends where what it takes from is used up, with all that stands beside it.
+    UsedUp,
     /// Something is done at the start, too, whatever its condition says.
     AtOnce,
     /// Two numbers, two arguments or two sockets of a component exchanged.
@@ -122,6 +126,8 @@ impl Rank {
                 | Rank::Start
                 | Rank::Moment
                 | Rank::Rest
+                | Rank::RestForNow
+                | Rank::UsedUp
                 | Rank::Guess
         )
     }
@@ -134,7 +140,8 @@ pub struct Change {
     pub rank: Rank,
     /// It touches a line that a message marks.
     pub marked: bool,
-    /// It changes what says how two variables belong together (`T = port.T`, `der(x) = v`): that it heals speaks against others, and hardly for it.
+    /// It changes the sign of an equation that relates two variables (`T = port.T`, `der(x) = v`), or of a number: where that heals, any other sign is
+    /// less certain, and it is hardly meant itself.
     pub is_definition: bool,
     /// What it does.
     pub proposal: Proposal,
@@ -161,7 +168,7 @@ pub fn changes(
     let unconnected = messages.iter().filter(|own| own.message.starts_with("nothing is connected to"));
     let open = unconnected.flat_map(|own| own.message.split('`').skip(1).step_by(2)).map(str::to_string).collect();
     let asserted = Asserted::of(&stored.classes);
-    let surplus = told().find_map(|own| own.message.split_once(" too many in `")?.1.split_once("` itself"));
+    let surplus = told().find_map(|own| own.message.split_once(" too many in `")?.1.split_once("` beside"));
     let surplus = surplus.map(|(class, _)| class.to_string());
     let begins_at_zero =
         told().flat_map(|own| &own.notes).filter_map(|own| own.split_once("` has no start value and begins at 0"));
@@ -175,7 +182,9 @@ pub fn changes(
         names,
         open,
         asserted,
+        has_bases: surplus.as_deref().is_some_and(|own| extends(&stored.classes, own)),
         surplus,
+        initial_surplus: told().any(|own| own.message.contains("the initial equation `")),
         without_start,
         is_definition: false,
         changes: Vec::new(),
@@ -187,7 +196,9 @@ pub fn changes(
         found.numbers(flat, inferred);
     }
     let mut changes = found.changes;
-    changes.retain(|own| !trouble.accumulates || matches!(own.rank, Rank::Rest | Rank::Marked | Rank::Unit));
+    changes.retain(|own| {
+        !trouble.accumulates || matches!(own.rank, Rank::Rest | Rank::RestForNow | Rank::Marked | Rank::Unit)
+    });
     let mut known = BTreeSet::new();
     changes.retain(|own| {
         let edits = own.proposal.edits.iter().map(|edit| (edit.span.start, edit.span.end, edit.text.clone()));
@@ -213,9 +224,13 @@ struct Found<'a> {
     asserted: Asserted,
     /// The class that has equations too many, if messages say which.
     surplus: Option<String>,
+    /// That class extends others.
+    has_bases: bool,
+    /// Messages say that an initial equation contradicts the other conditions.
+    initial_surplus: bool,
     /// Variables that begin at 0 because they have no start value.
     without_start: BTreeSet<String>,
-    /// What stands at hand says how two variables belong together.
+    /// The equation at hand says how two variables belong together.
     is_definition: bool,
     changes: Vec<Change>,
 }
@@ -236,7 +251,8 @@ impl Found<'_> {
         let starts = self.components(&components);
         let settings = components.iter().filter(|own| own.variability <= Variability::Parameter);
         let settings: BTreeSet<&str> = settings.map(|own| &*own.name.name).collect();
-        let is_balanced = self.surplus.as_ref().is_some_and(|own| **own != *class.name.name);
+        // What a class extends belongs to it.
+        let is_balanced = self.surplus.as_ref().is_some_and(|own| **own != *class.name.name && !self.has_bases);
         let too_many = self.trouble.too_many;
         self.trouble.too_many = too_many && !is_balanced;
         for section in equations {
@@ -300,6 +316,17 @@ impl Found<'_> {
             false => span,
         }
     }
+}
+
+/// True if a class of this name, or one with the same name within another, extends something.
+fn extends(classes: &[std::sync::Arc<ClassDef>], name: &str) -> bool {
+    classes.iter().any(|class| {
+        let ClassBody::Long { elements, .. } = &class.body else { return *class.name.name == *name };
+        let own = *class.name.name == *name && elements.iter().any(|own| matches!(own, Element::Extends(..)));
+        own || hyd_instance::class::nested_classes(class)
+            .into_iter()
+            .any(|nested| extends(std::slice::from_ref(&nested.class), name))
+    })
 }
 
 /// True for a reference of one part with this name.

@@ -40,7 +40,7 @@ impl Found<'_> {
     pub(super) fn numbers(&mut self, flat: &FlatModel, inferred: &[(VarId, String)]) {
         let usual: BTreeMap<u32, Suspect> =
             crate::suspects(flat).into_iter().map(|own| (own.span.start, own)).collect();
-        let mut known: BTreeMap<u32, (Span, String, String, f64, bool)> = BTreeMap::new();
+        let mut known: BTreeMap<u32, (Span, String, String, f64, [bool; 2])> = BTreeMap::new();
         let blocks = flat.equations.iter().filter(|block| matches!(block.section, Section::Binding | Section::Start));
         for equations in blocks.filter(|block| block.origin.span.file == self.file) {
             let template = flat.templates.get(equations.template);
@@ -57,16 +57,18 @@ impl Found<'_> {
             let is_declared = declared.is_some();
             let unit = declared.or_else(|| inferred.iter().find(|own| own.0 == v).map(|own| own.1.clone()));
             let name = block.name.element(k);
-            if let (true, true, Some(unit)) = (is_number, is_parameter && !self.asserted.has(&name), unit) {
-                known.entry(span.start).or_insert((span, unit, name, value, is_declared));
+            let is_limit = self.asserted.has(&name);
+            if let (true, true, Some(unit)) = (is_number, is_parameter, unit) {
+                known.entry(span.start).or_insert((span, unit, name, value, [is_declared, is_limit]));
             }
         }
-        for (span, unit, name, value, is_declared) in known.into_values() {
+        for (span, unit, name, value, [is_declared, is_limit]) in known.into_values() {
             if let Some(own) = usual.get(&span.start) {
                 self.number(Rank::Unit, span, own.meant, own.words.clone());
             }
-            // That numbers of another size bring the solver through says nothing: only where somebody has said what is meant.
-            if value == 0.0 || !self.trouble.judged {
+            // That numbers of another size bring the solver through says nothing: only where somebody has said what is meant, and not of what is
+            // compared there.
+            if value == 0.0 || !self.trouble.judged || is_limit {
                 continue;
             }
             let old = self.snippet(span).to_string();

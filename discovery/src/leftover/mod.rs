@@ -40,7 +40,7 @@ const IN_STEP: f64 = 4.6;
 const FEWEST: usize = 2;
 /// Largest relative scatter from shot to shot: what changes more is another state of the machine, and an effect.
 const LARGEST: f64 = 0.06;
-/// Fewest shots of which sizes that grow or fall with the shot number are told from scatter, so that a variance may be larger than it is meant to be by chance.
+/// Fewest shots in which an order of sizes can be told apart from scatter ([`crate::search`]); only from here on a variance may exceed the tolerance by chance.
 const ORDERED: usize = 4;
 /// Standard deviations by which the cube root of a variance of few numbers may be too large (one-sided, 0.1 %).
 const BY_CHANCE: f64 = 3.09;

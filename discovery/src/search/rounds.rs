@@ -277,15 +277,18 @@ impl Search<'_> {
                 continue;
             }
             let own = &last.base.inserts[number..];
-            let kinds = if own[0].effect.per_shot { Kinds::InPlaceOfSizes } else { Kinds::All };
-            if let Some(found) = self.scatter_for((&pass.base, &pass.fit), last, own, kinds)? {
+            let kinds = |effects: &[Candidate]| {
+                let are_sizes = effects.iter().all(|own| own.effect.per_shot);
+                if are_sizes { Kinds::InPlaceOfSizes } else { Kinds::All }
+            };
+            if let Some(found) = self.scatter_for((&pass.base, &pass.fit), last, own, kinds(own))? {
                 return Ok(Some(found));
             }
             // What was found after it, or that which it took a part of, stays in the model.
             if own.len() > 1
                 && own[0].effect.per_shot
                 && let Some((rest, fit)) = self.taken_out(&last.base.inserts, &last.fit, number)?
-                && let Some(found) = self.scatter_for((&rest, &fit), last, &own[..1], kinds)?
+                && let Some(found) = self.scatter_for((&rest, &fit), last, &own[..1], kinds(&own[..1]))?
             {
                 return Ok(Some(found));
             }

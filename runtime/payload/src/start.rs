@@ -42,6 +42,7 @@ impl Instance {
         checked.iter().zip(sides.chunks_exact(2)).find_map(|(condition, sides)| {
             let (left, right) = violated(sides)?;
             let name = condition.start_of.map(|name| loaded.model.names.text(name));
+            let [left, right] = hyd_system::told_apart(left, right);
             let reason = match name {
                 Some(_) => {
                     format!("its fixed start value {right} contradicts the other initial conditions, which give {left}")

@@ -34,6 +34,28 @@ fn found(text: &str) -> Result<Option<String>, String> {
     Ok(Some(text.to_string()))
 }
 
+/// A class `Package` is not the file of the folder that is asked for it, which is called `package.mo`.
+#[test]
+fn a_class_may_be_called_package() {
+    let folder = Folder::new(
+        "package",
+        &[
+            ("Lib/package.mo", "package Lib"),
+            ("Lib/Sub/package.mo", "package Sub"),
+            ("Lib/Package/package.mo", "package Package"),
+            ("Other/package.mo", "package Other"),
+            ("Other/Package.mo", "model Package"),
+        ],
+    );
+    let mut library = LibraryPath::new();
+    library.add_folder(&folder.0).unwrap();
+    assert_eq!(find(&mut library, "Lib.Sub.Package"), Ok(None));
+    assert_eq!(find(&mut library, "Lib.Package"), found("package Package"));
+    assert_eq!(find(&mut library, "Lib.Sub"), found("package Sub"));
+    assert_eq!(find(&mut library, "Other.Package"), found("model Package"));
+    assert_eq!(find(&mut library, "Other"), found("package Other"));
+}
+
 #[test]
 fn classes_are_files_or_folders_without_regard_to_case() {
     let folder = Folder::new(

@@ -3,10 +3,11 @@
 //! A `when` acts at the moment at which its condition becomes true; one that is true at the start does not become so.  Nobody sees that in the
 //! text, and what fails for it is something else.
 
-use hyd_flat::{EquationBlock, FlatModel, Made, Section, Target};
+use hyd_flat::{EquationBlock, FlatModel, Made, Operand, Section, Target};
 use hyd_index::TypedIndex;
 use hyd_source::Span;
 use hyd_symbolic::{Evaluator, Node, SlotId, Template, post_order};
+use rustc_hash::FxHashSet;
 
 /// The comparisons that are true in all rows, as they are written, and where.  `value` gives the value of a variable in a row by its name, `times` the
 /// time of each row (s).
@@ -16,6 +17,7 @@ pub fn held_conditions(
     value: &dyn Fn(usize, &str) -> Option<f64>,
 ) -> Vec<(String, Span)> {
     let mut found = Vec::new();
+    let asked_at_the_start = asked_at_the_start(flat);
     for block in flat.equations.iter().filter(|block| block.section == Section::Discrete) {
         let template = flat.templates.get(block.template);
         let arena = &flat.templates.arena;
@@ -25,10 +27,14 @@ pub fn held_conditions(
         if !is_comparison {
             continue;
         }
-        let elements = (0..block.count as usize).filter(|&k| is_condition(flat, block, &template, k));
-        for k in elements {
+        let arity = template.arity as usize;
+        for k in 0..block.count as usize {
+            let Some(name) = condition(flat, block, &template, k) else { continue };
+            if asked_at_the_start.contains(of_when(&name)) {
+                continue;
+            }
             if holds(flat, (block, &template, k), times, value) {
-                let operands = block.operands_of(k, template.arity as usize);
+                let operands = block.operands_of(k, arity);
                 found.push((flat.written_sides(&template, operands).1, block.origin.span));
             }
         }
@@ -36,11 +42,33 @@ pub fn held_conditions(
     found
 }
 
-/// True for the condition of a `when`, which the translation names.
-fn is_condition(flat: &FlatModel, block: &EquationBlock, template: &Template, k: usize) -> bool {
-    let Node::Slot(left) = flat.templates.arena.node(template.left) else { return false };
-    let Target::Var(v) = block.operands_of(k, template.arity as usize)[left.index()].target() else { return false };
-    flat.variables[flat.locate(v).0].made == Some(Made::Event) && flat.var_name(v).starts_with("$when")
+/// The name that the translation has given to the condition of a `when`; none for another variable.
+fn condition(flat: &FlatModel, block: &EquationBlock, template: &Template, k: usize) -> Option<String> {
+    let Node::Slot(left) = flat.templates.arena.node(template.left) else { return None };
+    let Target::Var(v) = block.operands_of(k, template.arity as usize)[left.index()].target() else { return None };
+    let is_made = flat.variables[flat.locate(v).0].made == Some(Made::Event);
+    Some(flat.var_name(v)).filter(|name| is_made && name.starts_with("$when"))
+}
+
+/// The `when` of a condition by its number: `$when2` of `$when2.1.3`.
+fn of_when(name: &str) -> &str {
+    name.split('.').next().unwrap_or(name)
+}
+
+/// The `when` of which one condition is `initial()`: they act at the start, whatever else they ask.
+fn asked_at_the_start(flat: &FlatModel) -> FxHashSet<String> {
+    let mut found = FxHashSet::default();
+    for block in flat.equations.iter().filter(|block| block.section == Section::Discrete) {
+        let template = flat.templates.get(block.template);
+        let arena = &flat.templates.arena;
+        if !post_order(arena, &[template.right]).into_iter().any(|node| matches!(arena.node(node), Node::Initial)) {
+            continue;
+        }
+        for k in 0..block.count as usize {
+            found.extend(condition(flat, block, &template, k).map(|name| of_when(&name).to_string()));
+        }
+    }
+    found
 }
 
 fn holds(
@@ -50,6 +78,15 @@ fn holds(
     value: &dyn Fn(usize, &str) -> Option<f64>,
 ) -> bool {
     let operands = block.operands_of(k, template.arity as usize);
+    // Of what cannot be read, such as a value from before an event, nothing is known.
+    let is_read = |operand: &Operand| match operand.target() {
+        Target::Const(_) => true,
+        Target::Var(v) => flat.variables[flat.locate(v).0].made.is_some() || value(0, &flat.var_name(v)).is_some(),
+        _ => false,
+    };
+    if !operands.iter().all(is_read) {
+        return false;
+    }
     let roots = [template.right];
     let mut evaluator = Evaluator::new(&flat.templates.arena, &roots);
     let mut is_true = |(row, &time): (usize, &f64)| {

@@ -105,10 +105,10 @@ fn without_difference(system: &EquationSystem, few: &FxHashSet<BlockId>) -> Opti
     let components = by_node.into_values().find(|all| all.len() > 1)?;
     let names = list_names(components.iter().cloned());
     let message = format!(
-        "{names} lie side by side between the same two nodes without a difference of potential, and nothing determines how the flow divides \
+        "{names} are connected in parallel, or in a ring, without a difference of potential, and nothing determines how the flow divides \
          between them"
     );
-    let help = "connect them one behind the other, or give one of them a resistance";
+    let help = "connect them in series, or give one of them a resistance";
     Some(marked(Diagnostic::error(Code::Singular, message), system, &components).help(help))
 }
 

@@ -12,6 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::alias::representative::block_of_variable;
 use crate::explain::faults::mark_variables;
+use crate::initial::contradiction::TOLERANCE;
 use crate::initial::fixed_numbers::condition;
 use crate::system::{EqId, Equation, EquationSystem, Resolution};
 
@@ -43,7 +44,13 @@ pub(crate) fn fixed_aliases(system: &mut EquationSystem) -> Result<Vec<(VarId, E
         if all.iter().all(|own| matches!(own.start, Start::Number(_))) {
             continue;
         }
-        for own in &all {
+        // The start that counts is said already; where it is a number, so are all numbers, which agree.
+        let counts = counting.get(&kept).map(|&(block, _)| system.flat.equations[block].template);
+        let is_number = counts.is_none_or(|template| {
+            let right = system.flat.templates.get(template).right;
+            system.flat.templates.arena.as_constant(right).is_some()
+        });
+        for own in all.iter().filter(|own| !is_number || !matches!(own.start, Start::Number(_))) {
             let is_counted = |start: &Start| matches!(start, Start::Written(block, element) if counting.get(&kept) == Some(&(*block, *element)));
             if !is_counted(&own.start) {
                 conditions.push((own.v, said_of_kept(system, kept, own)));
@@ -78,9 +85,10 @@ fn fixed_of_classes(system: &EquationSystem) -> Vec<(VarId, Vec<Said>)> {
             Resolution::Alias { of, negated } => (of, negated),
             Resolution::Value(_) => continue,
         };
-        // What nobody wrote is zero.
-        let is_made = flat.variables.raw[blocks[v] as usize].made.is_some();
-        let Some(start) = written.remove(&v).or((!is_made).then_some(Start::Number(0.0))) else { continue };
+        // What nobody wrote is zero, unless it is taken over from another one.
+        let block = &flat.variables.raw[blocks[v] as usize];
+        let is_zero = block.made.is_none() && !block.has_start;
+        let Some(start) = written.remove(&v).or(is_zero.then_some(Start::Number(0.0))) else { continue };
         let place = *places.entry(kept).or_insert_with(|| {
             classes.push((kept, Vec::new()));
             classes.len() - 1
@@ -139,7 +147,7 @@ fn check_numbers(system: &EquationSystem, all: &[Said]) -> Result<(), Box<Diagno
     let mut numbers = all.iter().filter_map(number);
     let Some((other, said_before, before)) = numbers.next() else { return Ok(()) };
     for (v, said, value) in numbers {
-        if before != value {
+        if (before - value).abs() > TOLERANCE * before.abs().max(value.abs()).max(1.0) {
             let (one, two) = (system.flat.var_name(other), system.flat.var_name(v));
             let [first, second] = told_apart(said_before, said);
             let message = format!(

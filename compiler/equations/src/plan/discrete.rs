@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::{Algebra, Known, Solvability};
 use crate::alias::representative::block_of_variable;
-use crate::explain::faults::{counted, explain_parts, list_names, mark_equations};
+use crate::explain::faults::{counted, explain_parts, list_names, mark_equations, written_text};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::plan::bindings::assignment;
 use crate::plan::levels::order_by_level;
@@ -270,13 +270,33 @@ pub(crate) fn reinits(system: &mut EquationSystem) -> Result<Vec<Assignment>, Di
         match reinit.target {
             Target::Var(v) if system.roles[v] != Role::State => {
                 let message = format!("`reinit` needs a state, but `{}` has no derivative", system.flat.var_name(v));
-                return Err(mark_equations(Diagnostic::error(Code::Misplaced, message), system, &[eq]));
+                let diagnostic = Diagnostic::error(Code::Misplaced, message).maybe_help(state_behind(system, v));
+                return Err(mark_equations(diagnostic, system, &[eq]));
             }
             Target::Var(_) => reinits.push(reinit),
             _ => {}
         }
     }
     Ok(reinits)
+}
+
+/// Which state decides what an algebraic variable is, where one equation has both and no other state.
+fn state_behind(system: &EquationSystem, v: VarId) -> Option<String> {
+    let mut found = system.equations_in(Section::Continuous).into_iter().filter_map(|eq| {
+        let targets = || system.operands_of(system.equations[eq].operands).iter().map(|own| own.target());
+        let is_state = |target: &Target| matches!(target, Target::Var(s) if system.roles[*s] == Role::State);
+        let mut states = targets().filter(is_state);
+        match (targets().any(|target| target == Target::Var(v)), states.next(), states.next()) {
+            (true, Some(Target::Var(state)), None) => Some((state, eq)),
+            _ => None,
+        }
+    });
+    let (state, eq) = found.next().filter(|_| found.next().is_none())?;
+    let (name, state) = (system.flat.var_name(v), system.flat.var_name(state));
+    Some(format!(
+        "`{name}` follows from the state `{state}` by `{}`: reset that one, with the value that belongs to the new `{name}`, as in `reinit({state}, ...)`",
+        written_text(system, eq)
+    ))
 }
 
 /// Assertions and terminations.
