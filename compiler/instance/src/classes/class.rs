@@ -39,6 +39,8 @@ pub struct Class {
     /// Names from the top down to this class.
     pub path: Vec<Name>,
     children: FxHashMap<Name, Option<ClassId>>,
+    /// Classes among its inherited elements that were asked for.
+    inherited: FxHashMap<Name, ClassId>,
     /// It inherits from something (asked for every name that is looked up, so not searched for each time).
     pub(crate) has_bases: bool,
     /// It has import clauses.
@@ -252,6 +254,7 @@ impl<'s> ClassTable<'s> {
             around: Vec::new(),
             path,
             children: FxHashMap::default(),
+            inherited: FxHashMap::default(),
             has_bases,
             has_imports,
             shape: None,
@@ -265,9 +268,14 @@ impl<'s> ClassTable<'s> {
         id
     }
 
-    /// Gives a class its name among the elements of `parent`.
-    pub(crate) fn name_child(&mut self, parent: ClassId, name: &Name, class: ClassId) {
-        self.classes[parent].children.insert(name.clone(), Some(class));
+    /// Remembers a class among the inherited elements of `heir`.
+    pub(crate) fn name_inherited(&mut self, heir: ClassId, name: &Name, class: ClassId) {
+        self.classes[heir].inherited.insert(name.clone(), class);
+    }
+
+    /// A class among the inherited elements of `heir` that was asked for before.
+    pub(crate) fn known_inherited(&self, heir: ClassId, name: &Name) -> Option<ClassId> {
+        self.classes[heir].inherited.get(name).copied()
     }
 
     /// All classes that have been read so far.

@@ -44,6 +44,9 @@ impl ClassTable<'_> {
         if let Some(own) = self.child(class, name) {
             return Some(own);
         }
+        if let Some(known) = self.known_inherited(class, name) {
+            return Some(known);
+        }
         if self.class(class).shape.is_none() && self.is_open(class) {
             return None;
         }
@@ -73,7 +76,7 @@ impl ClassTable<'_> {
             Some(element) if element.component => return None,
             Some(element) => {
                 if let Some(class) = self.redeclared_by_extends(heir, shape, element) {
-                    self.name_child(heir, name, class);
+                    self.name_inherited(heir, name, class);
                     return Some(class);
                 }
                 let base = shape.frames[element.frame as usize].class;
@@ -87,7 +90,7 @@ impl ClassTable<'_> {
         if let Some(modified) = element.and_then(|element| self.modified_by_extends(heir, shape, element, class)) {
             class = modified;
         }
-        self.name_child(heir, name, class);
+        self.name_inherited(heir, name, class);
         Some(class)
     }
 
