@@ -34,7 +34,7 @@ pub struct Class {
     pub original: Option<ClassId>,
     /// The class that the name on the right of a short definition means, where the text alone does not say it.
     pub(crate) base: Option<ClassId>,
-    /// For a short definition in an instance: classes that its modification names and that are others in this instance than by the text.
+    /// For a class of an instance: what names that it does not declare itself mean, where that is something else than by the text.
     pub(crate) around: Vec<(Name, ClassId)>,
     /// Names from the top down to this class.
     pub path: Vec<Name>,
@@ -46,6 +46,13 @@ pub struct Class {
     /// It has import clauses.
     pub(crate) has_imports: bool,
     pub(crate) shape: Option<Result<Rc<Shape>, Reported>>,
+}
+
+impl Class {
+    /// What a name that the class does not declare itself means around it in its instance, where that is something else than by the text.
+    pub(crate) fn meant_around(&self, name: &Name) -> Option<ClassId> {
+        self.around.iter().find(|(known, _)| known == name).map(|(_, class)| *class)
+    }
 }
 
 /// A nested class element of a class definition.

@@ -51,7 +51,8 @@ impl ClassTable<'_> {
         let mut current = Some(Level { members: from, text: from });
         while let Some(level) = current {
             let own = if base && level.members == from { self.child(from, name) } else { self.seen(level, name) };
-            if let Some(found) = own.or_else(|| self.imported(level.text, name)) {
+            let found = own.or_else(|| self.imported(level.text, name));
+            if let Some(found) = found.or_else(|| self.class(level.text).meant_around(name)) {
                 return Some(found);
             }
             current = self.outwards(level);

@@ -95,7 +95,7 @@ impl ClassTable<'_> {
     }
 
     /// `extends Medium(Density(start = 10))`: the inherited class with the modification, as a short definition of its name.
-    fn modified_by_extends(
+    pub(crate) fn modified_by_extends(
         &mut self,
         heir: ClassId,
         shape: &Shape,
@@ -180,7 +180,7 @@ impl ClassTable<'_> {
     fn named_outside(&mut self, class: ClassId, new: &ClassDef) -> Option<ClassId> {
         let ClassBody::Short { base, .. } = &new.body else { return None };
         let first = &base.parts[0].name;
-        let of_instance = self.class(class).around.iter().find(|(name, _)| name == first).map(|(_, class)| *class);
+        let of_instance = self.class(class).meant_around(first);
         if let Some(found) = of_instance.filter(|_| !base.global) {
             return base.parts[1..].iter().try_fold(found, |class, part| self.member_class(class, &part.name));
         }

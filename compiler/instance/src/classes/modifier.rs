@@ -13,7 +13,7 @@ use hyd_syntax::tree::{Argument, Component, Expr, Modification, Name, NestedClas
 use crate::instantiation::instance::{InstId, Scope};
 
 /// A redeclaration inside a modification.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Redeclare {
     /// `redeclare Type name`
     Component(Arc<Component>),
@@ -56,6 +56,24 @@ impl AstMod {
             let (_, first) = self.children[..k].iter().find(|(other, first)| other == name && says(first))?;
             says(tree).then_some((name, first.span?, tree.span?))
         })
+    }
+
+    /// What it says beyond what another one says.
+    pub(crate) fn beyond(&self, other: &AstMod) -> AstMod {
+        let said = |name: &Name| other.children.iter().find(|(known, _)| known == name).map(|(_, child)| child);
+        let children = self.children.iter().filter_map(|(name, child)| match said(name) {
+            None => Some((name.clone(), child.clone())),
+            Some(other) if other.redeclare.is_some() => None,
+            Some(other) => Some((name.clone(), Arc::new(child.beyond(other)))),
+        });
+        AstMod {
+            binding: self.binding.clone().filter(|_| other.binding.is_none()),
+            each: self.each,
+            is_final: self.is_final,
+            redeclare: self.redeclare.clone(),
+            children: children.collect(),
+            span: self.span,
+        }
     }
 
     /// A bare `= expression`.

@@ -35,17 +35,24 @@ impl Scopes<'_> {
         Ok(Some(Scope { inst, frame: frame as u32 }))
     }
 
-    /// The instance that a level of lookup stands for, where the class of `inst` is an element of an instance.
+    /// The instance that a level of lookup stands for, where the class of `inst` is an element of an instance, or one of its bases is.
     pub(crate) fn scope_of_level(&self, inst: InstId, level: Level) -> Option<Scope> {
-        let mut context = self.instances[inst].context;
-        while let Some(around) = context {
+        let mut open = self.contexts(inst);
+        while let Some(around) = open.pop() {
             let shape = self.instances[around].shape.as_ref()?;
             if shape.frames[0].class == level.members || shape.frames.iter().any(|f| f.class == level.members) {
                 let frame = shape.frames.iter().position(|f| f.class == level.text)?;
                 return Some(Scope { inst: around, frame: frame as u32 });
             }
-            context = self.instances[around].context;
+            open.extend(self.contexts(around));
         }
         None
+    }
+
+    /// The instances that the class of an instance and its bases are elements of, that of the class last.
+    fn contexts(&self, inst: InstId) -> Vec<InstId> {
+        let instance = &self.instances[inst];
+        let of_bases = instance.class.and_then(|class| self.contexts_of_bases.get(&class));
+        of_bases.into_iter().flatten().copied().chain(instance.context).collect()
     }
 }

@@ -57,6 +57,9 @@ pub fn instantiate_apart<'s>(
         work: 0,
         pending: FxHashMap::default(),
         redeclaring: FxHashMap::default(),
+        rebasing: Vec::new(),
+        rebased: FxHashMap::default(),
+        contexts_of_bases: FxHashMap::default(),
         too_many: false,
         apart,
         differing: BTreeSet::new(),
@@ -111,7 +114,7 @@ impl Scopes<'_> {
         for (k, element) in shape.elements.iter().enumerate() {
             if !element.component {
                 self.redeclare_in_time(inst, &shape, k);
-                self.rename_for_instance(inst, &shape, k);
+                self.rebase(inst, &shape, k);
             }
         }
         self.redeclaring.remove(&inst);

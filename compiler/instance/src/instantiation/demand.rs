@@ -6,12 +6,12 @@
 use std::rc::Rc;
 
 use hyd_source::Reported;
-use hyd_syntax::tree::{Argument, ClassBody, ClassKind, Element, Name};
+use hyd_syntax::tree::{ClassKind, Name};
 
-use crate::classes::class::{ClassTable, elements};
+use crate::classes::class::ClassTable;
 use crate::classes::modifier::{AstMod, Mods};
 use crate::classes::shape::Shape;
-use crate::instantiation::instance::{InstId, LocalClass, Scope};
+use crate::instantiation::instance::{InstId, Scope};
 use crate::instantiation::scopes::Scopes;
 
 impl Scopes<'_> {
@@ -41,7 +41,7 @@ impl Scopes<'_> {
         if let Some(&k) = shape.by_name.get(name) {
             self.redeclare_in_time(inst, shape, k as usize);
             self.redeclare_for_function(inst, shape, k as usize);
-            self.rename_for_instance(inst, shape, k as usize);
+            self.rebase(inst, shape, k as usize);
         }
     }
 
@@ -72,68 +72,5 @@ impl Scopes<'_> {
         if outside {
             (self.redeclare)(self, inst, shape, k, &Mods::new());
         }
-    }
-
-    /// `package N = M` or `package N = P(redeclare package Q = M)` in an instance for which `M` was redeclared: notes the package that is meant
-    /// there, while the classes of the instance are redeclared.
-    pub(crate) fn rename_for_instance(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize) {
-        let element = &shape.elements[k];
-        let instance = &self.instances[inst];
-        let is_done = !self.redeclaring.contains_key(&inst);
-        if is_done || instance.kind == ClassKind::Package || instance.local_classes.contains_key(&element.name) {
-            return;
-        }
-        let owner = self.table.class(shape.frames[element.frame as usize].class).def.clone();
-        let Element::Class(nested) = &elements(&owner)[element.position as usize] else { return };
-        let ClassBody::Short { base, modification, .. } = &nested.class.body else { return };
-        if nested.class.kind != ClassKind::Package || base.global || base.parts[0].name == element.name {
-            return;
-        }
-        let redeclared = modification.arguments.iter().filter_map(|argument| match argument {
-            Argument::RedeclareClass { class, .. } => match &class.class.body {
-                ClassBody::Short { base, .. } if !base.global => Some(&base.parts[0]),
-                _ => None,
-            },
-            _ => None,
-        });
-        // Definitions that go in circles have no shape.
-        let Some(class) = self.table.member_class(shape.frames[0].class, &element.name) else { return };
-        if self.table.shape(class).is_err() {
-            return;
-        }
-        let scope = Scope { inst, frame: element.frame };
-        let mut around = Vec::new();
-        for named in redeclared.filter(|named| named.name != element.name) {
-            if self.is_redeclared_around(scope, &named.name)
-                && let Some(meant) = self.first_class(scope, &named.name)
-            {
-                around.push((named.name.clone(), meant.class));
-            }
-        }
-        if around.is_empty() && !self.is_redeclared_around(scope, &base.parts[0].name) {
-            return;
-        }
-        let Ok(meant) = self.quietly(|scopes| scopes.find_class(scope, base)) else { return };
-        let frames = (shape.frames[0].class, shape.frames[element.frame as usize].class);
-        let renamed = self.table.add(nested.class.clone(), Some(frames.0), false);
-        let added = self.table.class_mut(renamed);
-        (added.written_in, added.base, added.around) = (Some(frames.1), Some(meant.class), around);
-        let local = LocalClass { class: renamed, mods: Mods::new(), context: Some(inst) };
-        self.instances.edit(inst).local_classes.insert(element.name.clone(), local);
-    }
-
-    /// True if a class that is visible in the instance of a scope, or in one around it, is another one there than by the text alone.
-    fn is_redeclared_around(&mut self, scope: Scope, name: &Name) -> bool {
-        let mut at = Some(scope);
-        while let Some(scope) = at {
-            let Some(shape) = self.instances[scope.inst].shape.clone() else { return false };
-            if shape.visible(name, scope.frame).is_some_and(|element| !element.component) {
-                self.redeclare_when_named(scope.inst, &shape, name);
-                return self.instances[scope.inst].local_classes.contains_key(name);
-            }
-            let around = self.scope_around(scope.inst, &shape, scope.frame).ok().flatten();
-            at = around.filter(|around| self.instances[around.inst].kind != ClassKind::Package);
-        }
-        false
     }
 }

@@ -103,6 +103,9 @@ impl Scopes<'_> {
             if let Some(around) = self.scope_of_level(scope.inst, next) {
                 return self.class_at(around, name, depth);
             }
+            if let Some(class) = self.table.class(level.text).meant_around(name) {
+                return Some(LocalClass::plain(class));
+            }
             level = next;
         }
         *depth = TOP;

@@ -14,6 +14,7 @@ pub(crate) mod part_text;
 pub(crate) mod parts_made;
 pub(crate) mod predefined;
 pub(crate) mod primitive;
+pub(crate) mod rebased;
 pub(crate) mod redeclare;
 pub(crate) mod scopes;
 pub(crate) mod size;

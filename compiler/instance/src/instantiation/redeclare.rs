@@ -12,7 +12,7 @@ use hyd_syntax::tree::{ClassBody, ClassKind, Component, Constraint, Element, Nes
 use crate::classes::class::{ClassId, ClassTable, elements};
 use crate::classes::heir::with_constraint;
 use crate::classes::modifier::{Applied, AstMod, Mods, Redeclare, redeclaration};
-use crate::classes::shape::{Shape, ShapeElement, is_builtin};
+use crate::classes::shape::{Shape, is_builtin};
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
 use crate::instantiation::scopes::Scopes;
 
@@ -22,7 +22,7 @@ impl Scopes<'_> {
         let mods = self.mods_of(inst, shape, k, outer);
         let element = &shape.elements[k];
         let Some((position, applied)) = redeclaration(&mods).map(|(p, a)| (p, a.clone())) else {
-            self.modify_class(inst, shape, element, mods);
+            self.modify_class(inst, shape, k, mods);
             return;
         };
         let owner = shape.frames[element.frame as usize].class;
@@ -57,17 +57,26 @@ impl Scopes<'_> {
     }
 
     /// `Density(start = 10)`: a local class keeps its text and takes modifications, which all its components get.
-    fn modify_class(&mut self, inst: InstId, shape: &Rc<Shape>, element: &ShapeElement, mut mods: Mods) {
+    fn modify_class(&mut self, inst: InstId, shape: &Rc<Shape>, k: usize, mut mods: Mods) {
         mods.retain(|applied| !applied.tree.children.is_empty());
         if mods.is_empty() {
             return;
         }
-        let Some(class) = self.table.member_class(shape.frames[0].class, &element.name) else { return };
+        let element = &shape.elements[k];
+        self.rebase(inst, shape, k);
+        let rebased = self.instances[inst].local_classes.get(&element.name).cloned();
+        let by_text = |table: &mut ClassTable<'_>| table.member_class(shape.frames[0].class, &element.name);
+        let Some(class) = rebased.as_ref().map(|local| local.class).or_else(|| by_text(&mut self.table)) else {
+            return;
+        };
         let kind = self.table.class(class).def.kind;
         if matches!(kind, ClassKind::Package | ClassKind::Function) {
             return;
         }
-        mods.extend(self.kept_of_class(inst, shape, element, class));
+        match rebased {
+            Some(rebased) => mods.extend(rebased.mods),
+            None => mods.extend(self.kept_of_class(inst, shape, element, class)),
+        }
         let package = self.instances[inst].kind == ClassKind::Package;
         let context = (!package).then_some(inst);
         self.instances.edit(inst).local_classes.insert(element.name.clone(), LocalClass { class, mods, context });

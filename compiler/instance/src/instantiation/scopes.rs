@@ -12,6 +12,7 @@ use crate::classes::class::{ClassId, ClassTable, elements};
 use crate::classes::modifier::{Applied, Mods};
 use crate::classes::shape::{Shape, ShapeElement};
 use crate::instantiation::instance::{InstId, Instance, LocalClass, Scope, chain, path};
+use crate::instantiation::rebased::Rebased;
 use crate::instantiation::tree::Instances;
 use crate::values::constructor::Input;
 use crate::values::value::{EnumType, Value};
@@ -102,6 +103,12 @@ pub struct Scopes<'s> {
     pub(crate) pending: FxHashMap<InstId, Mods>,
     /// Instances whose local classes are being redeclared: what is said of them, and for which elements that is done.
     pub(crate) redeclaring: FxHashMap<InstId, (Rc<Mods>, Vec<bool>)>,
+    /// Local classes of instances whose bases are being looked for.
+    pub(crate) rebasing: Vec<(InstId, usize)>,
+    /// Local classes of instances that have other bases there than by the text.
+    pub(crate) rebased: FxHashMap<Rebased, ClassId>,
+    /// Instances that bases of such classes are elements of, where they are not those around the classes.
+    pub(crate) contexts_of_bases: FxHashMap<ClassId, Vec<InstId>>,
     /// There are more components than there may be, and that has been said.
     pub(crate) too_many: bool,
     /// Arrays of components, by path, that are made element by element, and those that would have to be.
