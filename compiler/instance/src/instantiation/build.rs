@@ -57,6 +57,7 @@ pub fn instantiate_apart<'s>(
         work: 0,
         pending: FxHashMap::default(),
         redeclaring: FxHashMap::default(),
+        added_inner: Vec::new(),
         rebasing: Vec::new(),
         rebased: FxHashMap::default(),
         contexts_of_bases: FxHashMap::default(),
@@ -69,6 +70,7 @@ pub fn instantiate_apart<'s>(
     let _ = scopes.instantiate_members(scopes.instances.tree().root, &Vec::new(), 0);
     scopes.expand_connectors();
     scopes.name_parts_in_bindings();
+    scopes.tell_added_inner();
     if scopes.too_many { Err(Box::new(scopes.table)) } else { Ok((scopes.instances.tree().clone(), scopes)) }
 }
 

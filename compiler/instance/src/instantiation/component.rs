@@ -4,7 +4,7 @@
 
 use std::rc::Rc;
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Diagnostic, Reported};
 use hyd_syntax::tree::{Argument, ClassBody, ClassKind, Component, Expr, ExprKind, Modification, Name};
 
 use crate::classes::class::ClassId;
@@ -42,27 +42,28 @@ impl Scopes<'_> {
         mods: Mods,
     ) -> Result<(), Reported> {
         let name = element.name.clone();
-        if declaration.prefixes.outer {
-            if !declaration.prefixes.inner {
-                self.outer_says_nothing(declaration);
-            }
-            let inner = self.bind_outer(parent, &name, declaration.name.span)?;
-            self.check_inner(inner, declaration, type_scope)?;
-            if !declaration.prefixes.inner {
-                return Ok(());
-            }
-        }
         let absent = match &declaration.condition {
             Some(condition) => !self.condition(condition, scope)?,
             None => false,
         };
+        if declaration.prefixes.outer && !absent {
+            if !declaration.prefixes.inner {
+                self.outer_says_nothing(declaration);
+            }
+            let inner = self.bind_outer(parent, declaration, type_scope)?;
+            self.check_inner(inner, declaration, type_scope)?;
+            self.check_added(inner, declaration, type_scope)?;
+            if !declaration.prefixes.inner {
+                return Ok(());
+            }
+        }
         let inst = self.instances.add(Instance::new(name.clone(), Some(parent), declaration.name.span));
         self.fill(inst, parent, declaration);
         let frames = self.instances[parent].shape.as_ref().map(|shape| shape.frames[element.frame as usize].protected);
         self.instances.edit(inst).protected |= frames.unwrap_or(false);
         self.instances.edit(inst).absent = absent;
         self.instances.edit(parent).children.push(inst);
-        if declaration.prefixes.outer {
+        if declaration.prefixes.outer && !absent {
             self.instances.edit(parent).own_inner.insert(name, inst);
         } else {
             self.instances.edit(parent).by_name.insert(name, inst);
@@ -125,7 +126,8 @@ impl Scopes<'_> {
         self.table.report(diagnostic.help("they belong to the `inner` declaration"));
     }
 
-    pub(crate) fn bind_outer(&mut self, parent: InstId, name: &Name, span: Span) -> Result<InstId, Reported> {
+    fn bind_outer(&mut self, parent: InstId, declaration: &Component, type_scope: Scope) -> Result<InstId, Reported> {
+        let name = &declaration.name.name;
         let mut current = self.instances[parent].parent;
         while let Some(above) = current {
             // The inner component may be declared further down in the text than its user.
@@ -141,33 +143,9 @@ impl Scopes<'_> {
             }
             current = self.instances[above].parent;
         }
-        let message = format!("no enclosing model declares `inner {name}`");
-        let said = Diagnostic::error(Code::UnknownName, message).at(span, "`outer` here");
-        let said = self.with_other_inner(said, parent, name);
-        self.table.report(said);
-        Err(Reported)
-    }
-
-    /// Adds `inner` elements of other names that are around a component to the message about one that is not there.
-    fn with_other_inner(&mut self, said: Diagnostic, parent: InstId, name: &Name) -> Diagnostic {
-        let mut found: Vec<(String, Span)> = Vec::new();
-        let mut current = self.instances[parent].parent;
-        while let Some(above) = current {
-            if let Some(shape) = self.instances[above].shape.clone() {
-                let declared = shape.elements.iter().filter_map(|element| self.declared(&shape, element));
-                let inner = declared.filter(|own| own.prefixes.inner);
-                found.extend(inner.map(|own| (own.name.name.to_string(), own.name.span)));
-            }
-            current = self.instances[above].parent;
-        }
-        let names: Vec<String> = found.iter().map(|(own, _)| format!("`{own}`")).collect();
-        match found.as_slice() {
-            [] => said.help(format!("declare `inner ... {name};` in the model that is run")),
-            [(own, at)] => said
-                .with(*at, "an `inner` of another name")
-                .help(format!("`inner` and `outer` must have one name: is `{own}` meant?")),
-            _ => said.help(format!("`inner` and `outer` must have one name; there are {}", names.join(", "))),
-        }
+        let added = self.add_inner(parent, declaration, type_scope)?;
+        self.instances.edit(parent).by_name.insert(name.clone(), added);
+        Ok(added)
     }
 
     /// The `inner` component of that name which an instance has for those inside it.

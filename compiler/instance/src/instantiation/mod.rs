@@ -9,6 +9,7 @@ pub(crate) mod demand;
 pub(crate) mod expandable;
 pub mod instance;
 pub(crate) mod lookup;
+pub(crate) mod missing_inner;
 pub(crate) mod outer;
 pub(crate) mod part_text;
 pub(crate) mod parts_made;

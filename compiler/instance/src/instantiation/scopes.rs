@@ -12,6 +12,7 @@ use crate::classes::class::{ClassId, ClassTable, elements};
 use crate::classes::modifier::{Applied, Mods};
 use crate::classes::shape::{Shape, ShapeElement};
 use crate::instantiation::instance::{InstId, Instance, LocalClass, Scope, chain, path};
+use crate::instantiation::missing_inner::AddedInner;
 use crate::instantiation::rebased::Rebased;
 use crate::instantiation::tree::Instances;
 use crate::values::constructor::Input;
@@ -103,6 +104,8 @@ pub struct Scopes<'s> {
     pub(crate) pending: FxHashMap<InstId, Mods>,
     /// Instances whose local classes are being redeclared: what is said of them, and for which elements that is done.
     pub(crate) redeclaring: FxHashMap<InstId, (Rc<Mods>, Vec<bool>)>,
+    /// `inner` elements that no text declares.
+    pub(crate) added_inner: Vec<AddedInner>,
     /// Local classes of instances whose bases are being looked for.
     pub(crate) rebasing: Vec<(InstId, usize)>,
     /// Local classes of instances that have other bases there than by the text.
