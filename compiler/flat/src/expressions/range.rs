@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use hyd_instance::range::{ZERO_STEP, count_of_integers, count_of_reals};
+use hyd_instance::value::Items;
 use hyd_instance::{Builtin, ScalarType, Value};
 use hyd_source::Code;
 use hyd_symbolic::Function;
@@ -31,7 +32,7 @@ pub(crate) enum Range {
         count: usize,
     },
     /// Any other values known at translation.
-    Values(Arc<Vec<Value>>),
+    Values(Arc<Items>),
     /// The elements of an array inside a function.
     Nodes(Vec<Typed>),
 }
@@ -120,7 +121,7 @@ impl Flattener<'_, '_> {
             return Err(self.error(Code::Limit, parts[0].span, "this range has no meaning or too many values"));
         }
         let values = (0..count as usize).map(|k| Value::Real(start + step * k as f64)).collect();
-        Ok(Range::Values(Arc::new(values)))
+        Ok(Range::Values(Value::array(values).items()))
     }
 
     pub(crate) fn steps_of(

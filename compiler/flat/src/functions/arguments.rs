@@ -8,7 +8,7 @@ use std::rc::Rc;
 use hyd_instance::{ScalarType, Scope, Value};
 use hyd_source::{Code, Diagnostic, Span, did_you_mean};
 use hyd_syntax::tree::Name;
-use hyd_typed::{Call, Declaration, Expr, Function, Kind};
+use hyd_typed::{Base, Call, Declaration, Expr, Function, Kind};
 
 use crate::state::context::{Closure, Context, Fail, Local};
 use crate::state::flattener::Flattener;
@@ -325,7 +325,12 @@ impl Flattener<'_, '_> {
         let wanted = input.text.class.parts[0].name.as_ref();
         let given = match local {
             Local::Node(typed) => typed.scalar.name().to_string(),
-            Local::Array(items, _) => items.first().map_or("Real", |t| t.scalar.name()).to_string(),
+            Local::Array(items, _) => match (items.first(), &expr.ty.base) {
+                (Some(first), _) => first.scalar.name().to_string(),
+                // Without elements the text says of which type they would be.
+                (None, Base::Scalar(scalar)) => scalar.name().to_string(),
+                (None, _) => wanted.to_string(),
+            },
             Local::Index(_) => "Integer".to_string(),
             Local::Value(value) => value.type_name(),
             Local::Function(_) if input.ty.is_function() => return Ok(Vec::new()),

@@ -165,7 +165,7 @@ impl Flattener<'_, '_> {
                     let Some(value) = self.known_node(item)? else { return Ok(None) };
                     values.push(value);
                 }
-                Some(nested(values, shape))
+                Some(Value::nested(values, shape))
             }
             Local::Record(_) | Local::Records(..) | Local::Function(_) => None,
         })
@@ -325,14 +325,4 @@ impl Flattener<'_, '_> {
         let list = arena.argument_list(arguments);
         arena.apply(body, 0, list)
     }
-}
-
-/// Values in the order of their places as an array of these sizes.
-fn nested(values: Vec<Value>, shape: &[usize]) -> Value {
-    let mut values = values;
-    for &size in shape.iter().skip(1).rev() {
-        values =
-            if size == 0 { Vec::new() } else { values.chunks(size).map(|row| Value::array(row.to_vec())).collect() };
-    }
-    Value::array(values)
 }

@@ -5,7 +5,6 @@
 //! text.  Branches chosen during the run are taken apart into scalar rows, paired by their left sides, else by their order.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use hyd_instance::{Env, Scope, Value};
 use hyd_source::{Code, Origin, Reported, Span};
@@ -118,7 +117,7 @@ impl Flattener<'_, '_> {
         let values = match self.range(first, &mut cx) {
             Ok(Range::Steps { start, step, count }) => match start.as_constant() {
                 Some(start) => {
-                    Arc::new((0..count as i64).map(|k| Value::Integer(start + step * k)).collect::<Vec<_>>())
+                    Value::array((0..count as i64).map(|k| Value::Integer(start + step * k)).collect()).items()
                 }
                 None => return,
             },

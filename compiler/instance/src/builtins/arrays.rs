@@ -5,7 +5,7 @@ use hyd_syntax::tree::BinaryOp;
 use super::elements::Element;
 use super::{Builtin, SizeFault, SizesOf};
 use crate::instantiation::work::volume;
-use crate::values::value::{Value, binary};
+use crate::values::value::{Items, Value, binary};
 
 /// Arguments that are values.
 struct Given<'a>(&'a [Value]);
@@ -31,9 +31,7 @@ impl SizesOf for Given<'_> {
 /// The value of `identity` or of a function that rearranges arrays; `None` if it is another one or the arguments do not fit.
 pub(super) fn array_function(function: Builtin, values: &[Value]) -> Option<Value> {
     match (function, values) {
-        // An array without rows has lost its other sizes.
         (Builtin::Cat, [k, rest @ ..]) => concatenate(usize::try_from(k.as_integer()? - 1).ok()?, rest),
-        (Builtin::Symmetric, [Value::Array(rows)]) if rows.is_empty() => Some(values[0].clone()),
         _ => {
             let sizes = function.sizes(&mut Given(values)).ok()?;
             volume(&sizes)?;
@@ -51,7 +49,7 @@ fn elements(function: Builtin, values: &[Value], sizes: &[usize], at: &mut Vec<u
             items.push(elements(function, values, sizes, at)?);
             at.pop();
         }
-        return Some(Value::array(items));
+        return Some(Value::array_of(items, || sizes[at.len() + 1..].to_vec()));
     }
     let of = |k: usize, at: &[usize]| at.iter().try_fold(&values[k], |value, &k| value_row(value)?.get(k));
     let product = |a: &[usize], b: &[usize]| binary(BinaryOp::Mul, of(0, a)?, of(1, b)?);
@@ -64,7 +62,7 @@ fn elements(function: Builtin, values: &[Value], sizes: &[usize], at: &mut Vec<u
     }
 }
 
-fn value_row(value: &Value) -> Option<&Vec<Value>> {
+fn value_row(value: &Value) -> Option<&Items> {
     match value {
         Value::Array(items) => Some(items),
         _ => None,
@@ -76,8 +74,11 @@ fn promoted(value: &Value, rank: usize) -> Option<Value> {
     let missing = rank.checked_sub(value.shape().len())?;
     fn deepen(value: &Value, missing: usize) -> Value {
         match value {
-            Value::Array(items) => Value::array(items.iter().map(|v| deepen(v, missing)).collect()),
-            scalar => (0..missing).fold(scalar.clone(), |inner, _| Value::array(vec![inner])),
+            Value::Array(items) => {
+                let sizes = || items.sizes().into_iter().chain(std::iter::repeat_n(1, missing)).collect();
+                Value::array_of(items.iter().map(|v| deepen(v, missing)).collect(), sizes)
+            }
+            scalar => Value::filled(scalar.clone(), &vec![1; missing]),
         }
     }
     Some(deepen(value, missing))
@@ -85,26 +86,34 @@ fn promoted(value: &Value, rank: usize) -> Option<Value> {
 
 /// Arrays put together along dimension `k` (from 0); the other sizes must agree.
 fn concatenate(k: usize, parts: &[Value]) -> Option<Value> {
-    if k == 0 {
-        let mut items = Vec::new();
-        let inner = parts.iter().find_map(|p| value_row(p)?.first().map(Value::shape));
-        for part in parts {
-            let row = value_row(part)?;
-            if row.first().map(Value::shape).is_some_and(|shape| Some(shape) != inner) {
-                return None;
-            }
-            items.extend(row.iter().cloned());
+    let mut sizes = parts.first()?.shape();
+    for part in &parts[1..] {
+        let mut other = part.shape();
+        let (all, more) = (sizes.get_mut(k)?, *other.get(k)?);
+        *all += more;
+        other[k] = *all;
+        if sizes != other {
+            return None;
         }
-        return Some(Value::array(items));
     }
-    let rows = value_row(parts.first()?)?.len();
-    let mut result = Vec::with_capacity(rows);
-    for i in 0..rows {
-        let slices: Option<Vec<Value>> =
-            parts.iter().map(|part| value_row(part).filter(|r| r.len() == rows)?.get(i).cloned()).collect();
-        result.push(concatenate(k - 1, &slices?)?);
+    joined(k, parts, &sizes)
+}
+
+/// Arrays put together whose sizes fit, `sizes` together.
+fn joined(k: usize, parts: &[Value], sizes: &[usize]) -> Option<Value> {
+    let (&count, inner) = sizes.split_first()?;
+    let mut items = Vec::with_capacity(count);
+    if k == 0 {
+        for part in parts {
+            items.extend(value_row(part)?.iter().cloned());
+        }
+    } else {
+        for i in 0..count {
+            let slices: Option<Vec<Value>> = parts.iter().map(|part| value_row(part)?.get(i).cloned()).collect();
+            items.push(joined(k - 1, &slices?, inner)?);
+        }
     }
-    Some(Value::array(result))
+    Some(Value::array_of(items, || inner.to_vec()))
 }
 
 /// `[a, b; c, d]`: parts side by side in rows, rows below each other; a vector is a column (10.4.2).
@@ -145,5 +154,11 @@ mod tests {
         );
         assert_eq!(of(Builtin::Cat, &[Value::Integer(1), row(&[1]), rows(&[&[2]])]), None);
         assert_eq!(matrix(&[vec![row(&[1, 2]), row(&[3, 4])]]), Some(rows(&[&[1, 3], &[2, 4]])));
+        let none = |sizes: &[usize]| Value::filled(Value::Integer(0), sizes);
+        assert_eq!(of(Builtin::Transpose, &[none(&[0, 3])]), Some(none(&[3, 0])));
+        assert_eq!(of(Builtin::Symmetric, &[none(&[0, 0])]), Some(none(&[0, 0])));
+        assert_eq!(matrix(&[vec![none(&[0, 2])], vec![row(&[1]), row(&[2])]]), Some(rows(&[&[1, 2]])));
+        assert_eq!(matrix(&[vec![none(&[0, 3])], vec![row(&[1]), row(&[2])]]), None);
+        assert_eq!(matrix(&[vec![none(&[2, 0]), rows(&[&[1], &[2]])]]), Some(rows(&[&[1], &[2]])));
     }
 }

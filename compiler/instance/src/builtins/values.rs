@@ -20,7 +20,9 @@ fn per_element(function: Builtin, values: &[Value]) -> Option<Value> {
         };
         value(function, &values.iter().map(element).collect::<Option<Vec<_>>>()?)
     };
-    (0..count).map(of).collect::<Option<_>>().map(Value::array)
+    let list = (0..count).map(of).collect::<Option<_>>()?;
+    let sizes = || values.iter().map(Value::shape).find(|sizes| !sizes.is_empty()).unwrap_or_default();
+    Some(Value::array_of(list, || sizes().split_off(1)))
 }
 
 /// What a function of the language gives for these values; `None` where it gives none, or not for such values.
@@ -31,7 +33,7 @@ pub(crate) fn value(function: Builtin, values: &[Value]) -> Option<Value> {
         let sizes: Vec<usize> =
             sizes.iter().map(|size| usize::try_from(size.as_integer()?).ok()).collect::<Option<_>>()?;
         volume(&sizes)?;
-        Some(sizes.iter().rev().fold(value, |inner, &count| Value::array(vec![inner; count])))
+        Some(Value::filled(value, &sizes))
     };
     match function {
         Builtin::Zeros => return filled(Value::Integer(0), values),

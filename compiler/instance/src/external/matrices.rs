@@ -41,7 +41,7 @@ fn array(matrix: &DMatrix<f64>, shape: &[usize]) -> Value {
     let rows = (0..matrix.nrows()).map(reals);
     match shape.len() {
         1 => Value::array(rows.flatten().collect()),
-        _ => Value::array(rows.map(Value::array).collect()),
+        _ => Value::array_of(rows.map(Value::array).collect(), || vec![matrix.ncols()]),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::instantiation::scopes::Scopes;
 use crate::instantiation::work::{ELEMENT, TURN};
 use crate::values::function_value::FunctionValue;
 use crate::values::range::{self, ZERO_STEP};
-use crate::values::value::{Value, binary, first_if_uniform};
+use crate::values::value::{Items, Value, binary, first_if_uniform};
 
 /// Deepest nesting of expressions whose values need each other: an expression may be 1000 deep by itself.
 const MAX_EVALUATING: usize = 1500;
@@ -212,7 +212,25 @@ impl Scopes<'_> {
             items.push(scopes.comprehension(body, inner, scope, env)?);
             Ok(())
         })?;
+        if items.is_empty() {
+            return Ok(Value::array_of(items, || self.sizes_of_turn(body, last, inner, scope, env)));
+        }
         Ok(Value::array(items))
+    }
+
+    /// Sizes of what a turn of a loop without turns would give, as far as they are known without one.
+    fn sizes_of_turn(
+        &mut self,
+        body: &Expr,
+        last: &Iterator,
+        inner: &[Iterator],
+        scope: Scope,
+        env: &Env,
+    ) -> Vec<usize> {
+        let mut env = env.clone();
+        env.names.push((last.name.name.clone(), Value::Integer(1)));
+        let turn = Expr { kind: ExprKind::ArrayFor(Box::new(body.clone()), inner.to_vec()), span: body.span };
+        self.quietly(|scopes| scopes.shape_of(&turn, scope, &env)).unwrap_or_default()
     }
 
     fn evaluate_ref(&mut self, reference: &ComponentRef, scope: Scope, env: &Env) -> Result<Value, Reported> {
@@ -325,7 +343,7 @@ impl Scopes<'_> {
             chosen.flatten().into_iter().try_for_each(|k| self.pick(part.span, &places, k).map(|_| ()))?;
             let one = self.elements_of_dimension(part, value, (inst, sizes, subscripts), rest)?;
             return Ok(match chosen {
-                Value::Array(all) => Value::array(vec![one; all.len()]),
+                Value::Array(all) => Value::filled(one, &[all.len()]),
                 _ => one,
             });
         }
@@ -336,7 +354,8 @@ impl Scopes<'_> {
                     let item = self.pick(part.span, &items, k)?;
                     self.elements_of_dimension(part, item, (inst, sizes, subscripts), rest)
                 };
-                all.iter().map(element).collect::<Result<_, _>>().map(Value::array)
+                let list = all.iter().map(element).collect::<Result<_, _>>()?;
+                Ok(Value::array_of(list, || items.sizes()))
             }
             single => {
                 let item = self.pick(part.span, &items, &single)?;
@@ -358,29 +377,51 @@ impl Scopes<'_> {
             return Err(self.no_meaning(span, "too many subscripts"));
         };
         if matches!(first.kind, ExprKind::Colon) {
-            return items
-                .iter()
-                .map(|v| self.subscript(span, v.clone(), rest, scope, env))
-                .collect::<Result<_, _>>()
-                .map(Value::array);
+            let list: Vec<Value> =
+                items.iter().map(|v| self.subscript(span, v.clone(), rest, scope, env)).collect::<Result<_, _>>()?;
+            return self.array_of_subscripted(list, &items, rest, scope, env);
         }
         let mut inner = env.clone();
         inner.ends.push(items.len());
         let picked = self.evaluate(first, scope, &inner)?;
         match picked {
-            Value::Array(list) => list
-                .iter()
-                .map(|k| {
+            Value::Array(chosen) => {
+                let element = |k: &Value| {
                     let item = self.pick(span, &items, k)?;
                     self.subscript(span, item, rest, scope, env)
-                })
-                .collect::<Result<_, _>>()
-                .map(Value::array),
+                };
+                let list: Vec<Value> = chosen.iter().map(element).collect::<Result<_, _>>()?;
+                self.array_of_subscripted(list, &items, rest, scope, env)
+            }
             single => {
                 let item = self.pick(first.span, &items, &single)?;
                 self.subscript(span, item, rest, scope, env)
             }
         }
+    }
+
+    /// What subscripts have taken of the elements of an array; `rest` are the subscripts of an element, which say its sizes where there is none.
+    fn array_of_subscripted(
+        &mut self,
+        list: Vec<Value>,
+        of: &Items,
+        rest: &[Expr],
+        scope: Scope,
+        env: &Env,
+    ) -> Result<Value, Reported> {
+        let mut sizes = Vec::new();
+        if list.is_empty() {
+            for (k, size) in of.sizes().into_iter().enumerate() {
+                match rest.get(k) {
+                    None => sizes.push(size),
+                    Some(subscript) => match self.positions_of(subscript, size, scope, env)? {
+                        Value::Array(chosen) => sizes.push(chosen.len()),
+                        _ => {}
+                    },
+                }
+            }
+        }
+        Ok(Value::array_of(list, || sizes))
     }
 
     fn pick(&mut self, span: Span, items: &[Value], index: &Value) -> Result<Value, Reported> {

@@ -313,9 +313,7 @@ impl Scopes<'_> {
                             if volume(sizes).is_none() {
                                 return Err(self.size_unknown(span));
                             }
-                            let zero = Value::Real(0.0);
-                            let array = sizes.iter().rev().fold(zero, |v, &size| Value::array(vec![v; size]));
-                            (!sizes.is_empty()).then_some(array)
+                            (!sizes.is_empty()).then(|| Value::filled(Value::Real(0.0), sizes))
                         }
                         (None, Some(default)) => Some(self.evaluate(&default.clone(), own, &inner)?),
                         (None, None) => None,

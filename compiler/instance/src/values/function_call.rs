@@ -161,7 +161,16 @@ impl Scopes<'_> {
         if count == 0 {
             outputs.resize_with(called.outputs.len(), Vec::new);
         }
-        Ok(Some(outputs.into_iter().map(Value::array).collect()))
+        let sizes = || {
+            let mut arrays = given.iter().zip(called.components).zip(&outer).filter(|(_, outer)| **outer);
+            let of_element = arrays.next().and_then(|((value, own), _)| {
+                let sizes = value.as_ref()?.shape();
+                let declared = own.component.dims.len();
+                Some(sizes[1..sizes.len().saturating_sub(declared).max(1)].to_vec())
+            });
+            of_element.unwrap_or_default()
+        };
+        Ok(Some(outputs.into_iter().map(|list| Value::array_of(list, sizes)).collect()))
     }
 
     /// Dimensions that the type of a variable of a function has by itself.
@@ -311,8 +320,7 @@ impl Scopes<'_> {
         }
         let count = volume(&sizes).unwrap_or(0);
         self.spend(ELEMENT * count as u64, span)?;
-        let value = sizes.iter().rev().fold(zero, |value, &size| Value::array(vec![value; size]));
-        Ok(Some(value))
+        Ok(Some(Value::filled(zero, &sizes)))
     }
 
     /// The sizes of a variable of a function.

@@ -17,10 +17,13 @@ pub(crate) fn read_value(scalar: &ScalarType, text: &str, own: &[usize], all: &[
     if sizes.is_empty() {
         let Given::Leaf(leaf) = given else { return Err(wrong_sizes(all, &sizes)) };
         let value = value(scalar, leaf)?;
-        return Ok(own.iter().rev().fold(value, |value, &size| Value::array(vec![value; size])));
+        return Ok(Value::filled(value, own));
     }
     if sizes != own && sizes != all {
         return Err(wrong_sizes(all, &sizes));
+    }
+    if sizes.contains(&0) {
+        return Ok(Value::filled(Value::Integer(0), &sizes));
     }
     nested(scalar, &given)
 }

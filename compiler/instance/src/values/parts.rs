@@ -44,7 +44,7 @@ impl Scopes<'_> {
                 .iter()
                 .map(|item| self.below(item.clone(), depth - 1, rest, span))
                 .collect::<Result<_, _>>()
-                .map(Value::array),
+                .map(|list| Value::array_of(list, || items.sizes())),
             value => self.taken_apart(value, rest, span),
         }
     }

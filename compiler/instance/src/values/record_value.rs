@@ -222,7 +222,7 @@ impl Scopes<'_> {
                 (true, Some(only)) => Ok(only),
                 (_, last) => {
                     items.extend(last);
-                    Ok(Value::array(items))
+                    Ok(Value::array_of(items, || sizes[place + 1..].to_vec()))
                 }
             };
         }

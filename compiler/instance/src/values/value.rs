@@ -32,20 +32,85 @@ pub enum Value {
     /// A literal, counted from 1.
     Enumeration(Arc<EnumType>, u32),
     /// An array; all elements have the same shape.  Shared, so that a function may pass on and read a long one for nothing.
-    Array(Arc<Vec<Value>>),
+    Array(Arc<Items>),
     /// A record: its fields in order; one that has no value yet is not among them.
     Record(Arc<Vec<(Name, Value)>>),
     /// An external object.
     Object(Arc<Object>),
 }
 
+/// The elements of an array along its first dimension.  An array without elements has sizes, too (Modelica 3.6, section 10.7): where there
+/// are none, those that an element would have are kept.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Items {
+    list: Vec<Value>,
+    of_none: Vec<usize>,
+}
+
+impl Items {
+    /// These elements; `sizes` says the sizes of one where there are none.
+    fn new(list: Vec<Value>, sizes: impl FnOnce() -> Vec<usize>) -> Self {
+        let of_none = if list.is_empty() { sizes() } else { Vec::new() };
+        Self { list, of_none }
+    }
+
+    /// Sizes of an element.
+    pub fn sizes(&self) -> Vec<usize> {
+        self.list.first().map_or_else(|| self.of_none.clone(), Value::shape)
+    }
+
+    /// The array of what `f` makes of each element, of the same sizes; `None` where it makes nothing of one.
+    pub(crate) fn try_map(&self, f: impl FnMut(&Value) -> Option<Value>) -> Option<Value> {
+        self.list.iter().map(f).collect::<Option<_>>().map(|list| Value::array_of(list, || self.of_none.clone()))
+    }
+}
+
+impl std::ops::Deref for Items {
+    type Target = [Value];
+
+    fn deref(&self) -> &[Value] {
+        &self.list
+    }
+}
+
+impl std::ops::DerefMut for Items {
+    fn deref_mut(&mut self) -> &mut [Value] {
+        &mut self.list
+    }
+}
+
 /// The largest integer that is exact in the run, where an Integer is a double, together with all below.
 pub const LARGEST_INTEGER: i64 = (1 << 53) - 1;
 
 impl Value {
-    /// An array of these elements.
+    /// An array of these elements; a vector if there are none.
     pub fn array(items: Vec<Value>) -> Self {
-        Value::Array(Arc::new(items))
+        Self::array_of(items, Vec::new)
+    }
+
+    /// An array of these elements, which have the sizes that `sizes` says if there are none.
+    pub fn array_of(items: Vec<Value>, sizes: impl FnOnce() -> Vec<usize>) -> Self {
+        Value::Array(Arc::new(Items::new(items, sizes)))
+    }
+
+    /// An array with these sizes whose elements are all `value`; without sizes the value itself.
+    pub fn filled(value: Value, sizes: &[usize]) -> Self {
+        sizes.iter().rev().fold(value, |inner, &count| Self::array_of(vec![inner.clone(); count], || inner.shape()))
+    }
+
+    /// An array with these sizes, of elements in the order of [`Value::flatten`], as many as the sizes say.
+    pub fn nested(elements: Vec<Value>, sizes: &[usize]) -> Self {
+        let Some((_, inner)) = sizes.split_first() else {
+            return elements.into_iter().next().unwrap_or(Value::Real(0.0));
+        };
+        if elements.is_empty() {
+            return Self::filled(Value::Real(0.0), sizes);
+        }
+        let mut values = elements;
+        for &size in inner.iter().rev() {
+            values = values.chunks(size.max(1)).map(|row| Value::array(row.to_vec())).collect();
+        }
+        Value::array(values)
     }
 
     /// The number, if it is one (Booleans and literals are not).
@@ -76,10 +141,10 @@ impl Value {
     }
 
     /// Its elements along the first dimension; a scalar is one by itself.
-    pub fn items(self) -> Arc<Vec<Value>> {
+    pub fn items(self) -> Arc<Items> {
         match self {
             Value::Array(items) => items,
-            scalar => Arc::new(vec![scalar]),
+            scalar => Arc::new(Items::new(vec![scalar], Vec::new)),
         }
     }
 
@@ -96,7 +161,7 @@ impl Value {
         match self {
             Value::Array(items) => {
                 let mut shape = vec![items.len()];
-                shape.extend(items.first().map_or_else(Vec::new, Value::shape));
+                shape.extend(items.sizes());
                 shape
             }
             _ => Vec::new(),
@@ -173,7 +238,7 @@ impl Value {
         match self {
             Value::Real(x) => Some(Value::Real(-x)),
             Value::Integer(k) => Some(Value::Integer(k.checked_neg()?)),
-            Value::Array(items) => items.iter().map(Value::negate).collect::<Option<_>>().map(Value::array),
+            Value::Array(items) => items.try_map(Value::negate),
             _ => None,
         }
     }
@@ -182,7 +247,7 @@ impl Value {
     pub fn field(&self, name: &str) -> Option<Value> {
         match self {
             Value::Record(fields) => fields.iter().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v.clone()),
-            Value::Array(items) => items.iter().map(|v| v.field(name)).collect::<Option<_>>().map(Value::array),
+            Value::Array(items) => items.try_map(|v| v.field(name)),
             _ => None,
         }
     }
@@ -237,12 +302,12 @@ pub fn binary(op: BinaryOp, a: &Value, b: &Value) -> Option<Value> {
             Op::Mul | Op::ElementAdd | Op::ElementSub | Op::ElementMul | Op::ElementDiv | Op::ElementPow,
             s,
             Value::Array(y),
-        ) => y.iter().map(|v| binary(op, s, v)).collect::<Option<_>>().map(Value::array),
+        ) => y.try_map(|v| binary(op, s, v)),
         (
             Op::Mul | Op::Div | Op::ElementAdd | Op::ElementSub | Op::ElementMul | Op::ElementDiv | Op::ElementPow,
             Value::Array(x),
             s,
-        ) => x.iter().map(|v| binary(op, v, s)).collect::<Option<_>>().map(Value::array),
+        ) => x.try_map(|v| binary(op, v, s)),
         (Op::And, Value::Boolean(x), Value::Boolean(y)) => Some(Value::Boolean(*x && *y)),
         (Op::Or, Value::Boolean(x), Value::Boolean(y)) => Some(Value::Boolean(*x || *y)),
         (Op::Add, Value::Text(x), Value::Text(y)) => Some(Value::Text(format!("{x}{y}").into())),
@@ -254,50 +319,46 @@ pub fn binary(op: BinaryOp, a: &Value, b: &Value) -> Option<Value> {
     }
 }
 
-fn zip(op: BinaryOp, x: &[Value], y: &[Value]) -> Option<Value> {
-    if x.len() != y.len() {
+fn zip(op: BinaryOp, x: &Items, y: &Items) -> Option<Value> {
+    if x.len() != y.len() || x.is_empty() && x.of_none != y.of_none {
         return None;
     }
-    x.iter().zip(y).map(|(a, b)| binary(op, a, b)).collect::<Option<_>>().map(Value::array)
+    let list = x.iter().zip(y.iter()).map(|(a, b)| binary(op, a, b)).collect::<Option<_>>()?;
+    Some(Value::array_of(list, || x.of_none.clone()))
 }
 
 /// Scalar product, matrix times vector, vector times matrix, matrix times matrix.
-fn product(x: &[Value], y: &[Value]) -> Option<Value> {
-    let matrix = |v: &[Value]| matches!(v.first(), Some(Value::Array(_)));
-    match (matrix(x), matrix(y)) {
-        (false, false) => {
-            if x.len() != y.len() {
-                return None;
-            }
-            let mut sum = Value::Integer(0);
-            for (a, b) in x.iter().zip(y) {
-                sum = binary(BinaryOp::Add, &sum, &binary(BinaryOp::Mul, a, b)?)?;
-            }
-            Some(sum)
-        }
-        (true, _) => x
-            .iter()
-            .map(|row| match row {
-                Value::Array(row) => product(row, y),
-                _ => None,
-            })
-            .collect::<Option<_>>()
-            .map(Value::array),
-        (false, true) => {
-            if x.len() != y.len() {
-                return None;
-            }
-            let mut sum = None;
-            for (a, row) in x.iter().zip(y) {
-                let term = binary(BinaryOp::Mul, a, row)?;
-                sum = Some(match sum {
-                    None => term,
-                    Some(before) => binary(BinaryOp::Add, &before, &term)?,
-                });
-            }
-            sum
-        }
+fn product(x: &Items, y: &Items) -> Option<Value> {
+    let (of_x, of_y) = (x.sizes(), y.sizes());
+    let inner = of_x.first().copied().unwrap_or(x.len());
+    if inner != y.len() || of_x.len() > 1 || of_y.len() > 1 {
+        return None;
     }
+    if of_x.is_empty() {
+        return match of_y.as_slice() {
+            // Sums without terms.
+            [columns, ..] if y.is_empty() => Some(Value::filled(Value::Integer(0), &[*columns])),
+            _ => sum_of_products(x, y),
+        };
+    }
+    let row = |row: &Value| match row {
+        Value::Array(row) => product(row, y),
+        _ => None,
+    };
+    let rows = x.iter().map(row).collect::<Option<_>>()?;
+    Some(Value::array_of(rows, || of_y))
+}
+
+fn sum_of_products(x: &[Value], y: &[Value]) -> Option<Value> {
+    let mut sum = None;
+    for (a, b) in x.iter().zip(y) {
+        let term = binary(BinaryOp::Mul, a, b)?;
+        sum = Some(match sum {
+            None => term,
+            Some(before) => binary(BinaryOp::Add, &before, &term)?,
+        });
+    }
+    Some(sum.unwrap_or(Value::Integer(0)))
 }
 
 fn compare(op: BinaryOp, a: &Value, b: &Value) -> Option<bool> {
@@ -364,6 +425,26 @@ mod tests {
         assert_eq!((cube.uniform(), array(vec![row(0), row(1)]).uniform()), (None, None));
         let same = array(vec![array(vec![Value::Integer(2)]), array(vec![Value::Integer(2)])]);
         assert_eq!(same.uniform(), Some(&Value::Integer(2)));
+    }
+
+    /// Sizes of section 10.7: sums over nothing are 0, and what has no elements keeps its sizes.
+    #[test]
+    fn arrays_without_elements_have_sizes() {
+        let zeros = |sizes: &[usize]| Value::filled(Value::Integer(0), sizes);
+        let multiply = |a: &Value, b: &Value| binary(BinaryOp::Mul, a, b);
+        for sizes in [&[0, 2][..], &[2, 0], &[0, 0], &[2, 0, 3]] {
+            let value = zeros(sizes);
+            assert_eq!(value.shape(), sizes);
+            assert_eq!(value.negate().map(|value| value.shape()).as_deref(), Some(sizes));
+            assert_eq!(multiply(&Value::Real(2.0), &value).map(|value| value.shape()).as_deref(), Some(sizes));
+            assert_eq!(binary(BinaryOp::Add, &value, &value).map(|value| value.shape()).as_deref(), Some(sizes));
+        }
+        assert_eq!(multiply(&zeros(&[2, 0]), &zeros(&[0, 3])), Some(zeros(&[2, 3])));
+        assert_eq!(multiply(&zeros(&[0, 2]), &zeros(&[2, 3])), Some(zeros(&[0, 3])));
+        assert_eq!(multiply(&zeros(&[0]), &zeros(&[0, 3])), Some(zeros(&[3])));
+        assert_eq!(multiply(&zeros(&[0]), &zeros(&[0])), Some(Value::Integer(0)));
+        assert_eq!(binary(BinaryOp::Add, &zeros(&[0, 2]), &zeros(&[0, 3])), None);
+        assert_eq!(multiply(&zeros(&[0, 2]), &zeros(&[3, 3])), None);
     }
 
     #[test]
