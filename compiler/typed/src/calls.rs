@@ -24,12 +24,15 @@ impl Elaborator<'_, '_> {
             let result = Type::clone(result);
             return self.call_of_local(span, function, result, arguments);
         }
+        if let Some(array) = self.scopes.array_of_call(self.scope, function, arguments, span) {
+            return self.expr(&array);
+        }
         let builtin = self.scopes.predefined(self.scope, function);
         let (positional, named) = match arguments {
             Arguments::List { positional, named } => (positional, named),
             Arguments::Reduction(body, iterators) => {
                 let Some(builtin) = builtin.filter(|builtin| builtin.is_fold()) else {
-                    let message = "only sum, product, min and max take `... for ... in ...`";
+                    let message = "only array, sum, product, min and max take `... for ... in ...`";
                     return Err(self.error(Code::BadArguments, span, message));
                 };
                 let (iterators, body) = self.with_iterators(iterators, false, |own| own.expr(body))?;
@@ -55,6 +58,11 @@ impl Elaborator<'_, '_> {
             Builtin::Reinit => {
                 let message = "`reinit` is an equation of its own inside `when`, not a value";
                 return Err(self.error(Code::Misplaced, span, message));
+            }
+            // With elements it is what it makes.
+            Builtin::Array => {
+                let message = "`array` takes one element or more, by position";
+                return Err(self.error(Code::BadArguments, span, message));
             }
             Builtin::Outside(sentence) => return Err(self.error(Code::OutsideProfile, span, sentence)),
             Builtin::Text => {
@@ -138,7 +146,7 @@ impl Elaborator<'_, '_> {
         arguments: &Arguments,
     ) -> Result<Expr, Reported> {
         let Arguments::List { positional, named } = arguments else {
-            let message = "only sum, product, min and max take `... for ... in ...`";
+            let message = "only array, sum, product, min and max take `... for ... in ...`";
             return Err(self.error(Code::BadArguments, span, message));
         };
         let name = Rc::new(function.clone());
@@ -308,6 +316,6 @@ fn type_of_builtin(builtin: Builtin, list: &[Expr]) -> Type {
             }
         }
         Elementary(_) => real(widest),
-        Reinit | Outside(_) => Type::NONE,
+        Array | Reinit | Outside(_) => Type::NONE,
     }
 }

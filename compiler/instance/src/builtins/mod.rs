@@ -81,6 +81,8 @@ pub enum Builtin {
     Fill,
     /// `identity(n)`
     Identity,
+    /// `array(a, b, ...)`, `array(... for ...)`: another way to write `{a, b, ...}` and `{... for ...}`
+    Array,
     /// `linspace(first, last, n)`
     Linspace,
     /// `diagonal(v)`
@@ -188,6 +190,7 @@ const TABLE: &[Row] = &[
     function("ones", Builtin::Ones),
     function("fill", Builtin::Fill),
     function("identity", Builtin::Identity),
+    function("array", Builtin::Array),
     function("linspace", Builtin::Linspace),
     function("diagonal", Builtin::Diagonal),
     function("cat", Builtin::Cat),

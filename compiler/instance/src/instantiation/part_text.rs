@@ -15,6 +15,7 @@ use hyd_syntax::tree::{
 use hyd_syntax::visit::{Role, Visitor, walk_equation, walk_expr, walk_reference, walk_statement};
 use hyd_syntax::visit_mut::{VisitorMut, walk_equation_mut, walk_expr_mut, walk_reference_mut, walk_statement_mut};
 
+use crate::builtins::Builtin;
 use crate::classes::modifier::{Applied, AstMod};
 use crate::instantiation::instance::{InstId, Scope};
 use crate::instantiation::scopes::Scopes;
@@ -409,8 +410,12 @@ impl VisitorMut for Naming<'_, '_> {
             {
                 if let Some(written) = self.array(body, iterators) {
                     self.named = true;
-                    let arguments = Arguments::List { positional: vec![written], named: Vec::new() };
-                    expr.kind = ExprKind::Call(function.clone(), arguments);
+                    if self.scopes.predefined(self.scope, function) == Some(Builtin::Array) {
+                        *expr = written;
+                    } else {
+                        let arguments = Arguments::List { positional: vec![written], named: Vec::new() };
+                        expr.kind = ExprKind::Call(function.clone(), arguments);
+                    }
                 }
             }
             _ => {}

@@ -4,8 +4,8 @@
 //! of the class, of a package around it or of an import is what `max` means there.  Operators with special meaning cannot be
 //! declared (3.7).
 
-use hyd_source::{Code, Diagnostic};
-use hyd_syntax::tree::{ComponentRef, Name};
+use hyd_source::{Code, Diagnostic, Span};
+use hyd_syntax::tree::{Arguments, ComponentRef, Expr, ExprKind, Name};
 
 use crate::builtins::Builtin;
 use crate::instantiation::instance::Scope;
@@ -31,6 +31,28 @@ impl Scopes<'_> {
             return Some(builtin);
         }
         None
+    }
+
+    /// The array that a call of `array` is: `{a, b}` for `array(a, b)` and `{e for i in r}` for `array(e for i in r)` (section 10.4).
+    pub fn array_of_call(
+        &mut self,
+        scope: Scope,
+        function: &ComponentRef,
+        arguments: &Arguments,
+        span: Span,
+    ) -> Option<Expr> {
+        let is_named = |name: &Name| Builtin::from_name(name) == Some(Builtin::Array);
+        if !is_named(&function.parts[0].name.name) || self.predefined(scope, function) != Some(Builtin::Array) {
+            return None;
+        }
+        let kind = match arguments {
+            Arguments::List { positional, named } if named.is_empty() && !positional.is_empty() => {
+                ExprKind::Array(positional.clone())
+            }
+            Arguments::List { .. } => return None,
+            Arguments::Reduction(body, iterators) => ExprKind::ArrayFor(body.clone(), iterators.clone()),
+        };
+        Some(Expr { kind, span })
     }
 
     /// True if a declaration around the scope has this name.

@@ -71,7 +71,10 @@ impl Scopes<'_> {
             ExprKind::Text(text) => Ok(Value::Text(text.clone())),
             ExprKind::Boolean(b) => Ok(Value::Boolean(*b)),
             ExprKind::Ref(reference) => self.evaluate_ref(reference, scope, env),
-            ExprKind::Call(function, arguments) => self.evaluate_call(expr.span, function, arguments, scope, env),
+            ExprKind::Call(function, arguments) => match self.array_of_call(scope, function, arguments, expr.span) {
+                Some(array) => self.evaluate_kind(&array, scope, env),
+                None => self.evaluate_call(expr.span, function, arguments, scope, env),
+            },
             ExprKind::Unary(op, a) => {
                 let value = self.evaluate(a, scope, env)?;
                 let result = match (op, &value) {

@@ -108,6 +108,11 @@ impl Scopes<'_> {
 
     /// The sizes of an expression; only what they depend on is computed.
     pub(crate) fn shape_of(&mut self, expr: &Expr, scope: Scope, env: &Env) -> Result<Vec<usize>, Reported> {
+        if let ExprKind::Call(function, arguments) = &expr.kind
+            && let Some(array) = self.array_of_call(scope, function, arguments, expr.span)
+        {
+            return self.shape_of(&array, scope, env);
+        }
         match &expr.kind {
             ExprKind::Ref(reference) => self.shape_of_reference(expr, reference, scope, env),
             ExprKind::Unary(_, a) => self.shape_of(a, scope, env),
