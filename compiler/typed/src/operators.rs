@@ -23,7 +23,7 @@ struct Fit {
 impl Elaborator<'_, '_> {
     /// `a op b` where one of them is a record; `None` where the record declares no operators.
     pub(crate) fn operate(&mut self, span: Span, op: BinaryOp, a: &Expr, b: &Expr) -> Result<Option<Expr>, Reported> {
-        let Some(name) = operator_name(op) else { return Ok(None) };
+        let name = op.function_name();
         let classes: Vec<ClassId> = [a, b].into_iter().filter_map(|e| class_of(&e.ty)).collect();
         let mut functions = Vec::new();
         for &class in &classes {
@@ -36,7 +36,7 @@ impl Elaborator<'_, '_> {
         if functions.is_empty() {
             return Ok(None);
         }
-        if is_element_by_element(op) {
+        if op.is_element_by_element() {
             // Of elements only functions of scalars tell (10.6.3): `'*'` of two vectors is something else.
             let mut scalar = Vec::with_capacity(functions.len());
             for function in functions {
@@ -176,33 +176,4 @@ fn fits(given: &Type, wanted: &Type) -> Option<usize> {
 /// Records of the same fields (6.7): one may stand for the other.
 fn alike(a: &RecordType, b: &RecordType) -> bool {
     a.fields.len() == b.fields.len() && a.fields.iter().zip(&b.fields).all(|((x, _), (y, _))| x == y)
-}
-
-fn is_element_by_element(op: BinaryOp) -> bool {
-    matches!(
-        op,
-        BinaryOp::ElementAdd
-            | BinaryOp::ElementSub
-            | BinaryOp::ElementMul
-            | BinaryOp::ElementDiv
-            | BinaryOp::ElementPow
-    )
-}
-
-fn operator_name(op: BinaryOp) -> Option<&'static str> {
-    Some(match op {
-        BinaryOp::Add | BinaryOp::ElementAdd => "'+'",
-        BinaryOp::Sub | BinaryOp::ElementSub => "'-'",
-        BinaryOp::Mul | BinaryOp::ElementMul => "'*'",
-        BinaryOp::Div | BinaryOp::ElementDiv => "'/'",
-        BinaryOp::Pow | BinaryOp::ElementPow => "'^'",
-        BinaryOp::Equal => "'=='",
-        BinaryOp::NotEqual => "'<>'",
-        BinaryOp::Less => "'<'",
-        BinaryOp::LessEqual => "'<='",
-        BinaryOp::Greater => "'>'",
-        BinaryOp::GreaterEqual => "'>='",
-        BinaryOp::And => "'and'",
-        BinaryOp::Or => "'or'",
-    })
 }

@@ -2,7 +2,7 @@
 //! `hyd_instance::constructor`).
 
 use hyd_instance::constructor::{RecordField, RecordMaker, construct};
-use hyd_instance::{ScalarType, Scope, Scopes};
+use hyd_instance::{LocalClass, ScalarType, Scope, Scopes};
 use hyd_source::{Code, Span};
 use hyd_syntax::tree::{Arguments, Expr as Text, Ident, Name};
 use hyd_typed::{Construction, Expr, Kind};
@@ -116,7 +116,7 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
         Ok(Some(sized.unwrap_or(Local::Node(Typed { node, scalar }))))
     }
 
-    fn record(&mut self, fields: Vec<(Name, Local)>) -> Local {
+    fn record(&mut self, _: &LocalClass, fields: Vec<(Name, Local)>) -> Local {
         Local::Record(fields)
     }
 

@@ -262,7 +262,7 @@ fn value_type(value: &Value) -> Type {
             first.with_rank(first.rank + 1)
         }
         Value::Record(fields) => {
-            let fields = fields.iter().map(|(name, value)| (name.clone(), value_type(value))).collect();
+            let fields = fields.list.iter().map(|(name, value)| (name.clone(), value_type(value))).collect();
             Type {
                 base: Base::Record(Rc::new(RecordType { name: String::new(), class: None, inst: None, fields })),
                 rank: 0,

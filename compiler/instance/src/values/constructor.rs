@@ -100,8 +100,8 @@ pub trait RecordMaker<'s> {
     /// A field of which nothing is said; `None` if it has no value yet.
     fn unset(&mut self, field: &RecordField, fields: &[(Name, Self::Value)])
     -> Result<Option<Self::Value>, Self::Fail>;
-    /// A record.
-    fn record(&mut self, fields: Vec<(Name, Self::Value)>) -> Self::Value;
+    /// A record of a class.
+    fn record(&mut self, local: &LocalClass, fields: Vec<(Name, Self::Value)>) -> Self::Value;
     /// Values as an array with one dimension more.
     fn array(&mut self, span: Span, items: Vec<Self::Value>) -> Result<Self::Value, Self::Fail>;
 }
@@ -163,7 +163,7 @@ fn make<'s, M: RecordMaker<'s>>(
     let mut done = levels.pop().map_or_else(Vec::new, |level| level.done);
     made?;
     done.sort_by_key(|(name, _)| fields.iter().position(|field| field.name == *name));
-    Ok(maker.record(done))
+    Ok(maker.record(local, done))
 }
 
 fn make_array<'s, M: RecordMaker<'s>>(

@@ -83,6 +83,10 @@ impl Scopes<'_> {
                     (UnaryOp::Not, Value::Boolean(b)) => Some(Value::Boolean(!b)),
                     _ => None,
                 };
+                let result = match result {
+                    None => self.operate_on_value(expr.span, *op, &value, (scope, env))?,
+                    known => known,
+                };
                 result.ok_or_else(|| {
                     self.no_meaning(expr.span, format!("the operator has no meaning for {}", value.type_name()))
                 })
@@ -93,7 +97,11 @@ impl Scopes<'_> {
                     let elements: usize = x.shape().iter().product();
                     self.spend(ELEMENT * (elements as u64).saturating_mul(*columns as u64), expr.span)?;
                 }
-                binary(*op, &x, &y).ok_or_else(|| {
+                let result = match binary(*op, &x, &y) {
+                    None => self.operate_on_values(expr.span, *op, (&x, &y), (scope, env))?,
+                    known => known,
+                };
+                result.ok_or_else(|| {
                     if let (Value::Integer(_), Value::Integer(_)) = (&x, &y) {
                         let message = "the result is not an Integer that can be represented";
                         return self.error(Code::Value, expr.span, message);

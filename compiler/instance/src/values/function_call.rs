@@ -70,7 +70,7 @@ impl Scopes<'_> {
     }
 
     /// A call of a function; `before`: inputs that have their values already, since it is a function with some of them given.
-    fn call_class(
+    pub(crate) fn call_class(
         &mut self,
         span: Span,
         (local, before): (&LocalClass, &[(Name, Value)]),
@@ -174,7 +174,7 @@ impl Scopes<'_> {
     }
 
     /// Dimensions that the type of a variable of a function has by itself.
-    fn rank_of_type(&mut self, inst: InstId, frame: u32, component: &Component) -> usize {
+    pub(crate) fn rank_of_type(&mut self, inst: InstId, frame: u32, component: &Component) -> usize {
         if matches!(component.class.parts.as_slice(), [only] if is_builtin(&only.name)) {
             return 0;
         }

@@ -11,7 +11,7 @@ use crate::instantiation::instance::Scope;
 use crate::instantiation::scopes::Scopes;
 use crate::instantiation::work::STATEMENT;
 use crate::values::evaluate::Env;
-use crate::values::value::{Value, widen};
+use crate::values::value::{Fields, Value, widen};
 
 /// Deepest nesting of calls at translation.
 pub(crate) const MAX_CALLS: usize = 128;
@@ -220,7 +220,7 @@ impl Scopes<'_> {
     ) -> Result<(), Reported> {
         match (whole, value) {
             (Value::Record(fields), value) => {
-                let fields = Arc::make_mut(fields);
+                let fields = &mut Arc::make_mut(fields).list;
                 match fields.iter_mut().find(|(name, _)| *name == field.name) {
                     Some((_, old)) => self.set_elements(span, old, &field.positions, inner, value),
                     None if field.positions.is_empty() && inner.is_empty() => {
@@ -315,10 +315,10 @@ fn like(old: &Value, value: Value) -> Value {
     match (old, value) {
         (Value::Record(old), Value::Record(new)) => {
             let field = |(name, value): &(Name, Value)| {
-                let before = old.iter().find(|(n, _)| n == name);
+                let before = old.list.iter().find(|(n, _)| n == name);
                 (name.clone(), before.map_or_else(|| value.clone(), |(_, before)| like(before, value.clone())))
             };
-            Value::Record(Arc::new(new.iter().map(field).collect()))
+            Value::Record(Arc::new(Fields { class: old.class, list: new.list.iter().map(field).collect() }))
         }
         (old, value) if matches!(old.first(), Some(Value::Real(_))) => widen(value),
         (_, value) => value,

@@ -10,6 +10,7 @@ pub(crate) mod function_components;
 mod function_value;
 pub(crate) mod interpret;
 mod of_instances;
+mod operate;
 mod overloads;
 pub(crate) mod override_value;
 pub(crate) mod parameter_value;

@@ -11,7 +11,7 @@ use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 use crate::values::constructor::{RecordField, RecordMaker, Said, construct, declared};
 use crate::values::evaluate::Env;
-use crate::values::value::{Value, widen};
+use crate::values::value::{Fields, Value, widen};
 
 /// Values of fields before the run.
 struct Values<'t, 's, 'e> {
@@ -91,8 +91,8 @@ impl<'s> RecordMaker<'s> for Values<'_, 's, '_> {
         Err(Reported)
     }
 
-    fn record(&mut self, fields: Vec<(Name, Value)>) -> Value {
-        Value::Record(Arc::new(fields))
+    fn record(&mut self, local: &LocalClass, fields: Vec<(Name, Value)>) -> Value {
+        Value::Record(Arc::new(Fields { class: local.class, list: fields }))
     }
 
     fn array(&mut self, span: Span, items: Vec<Value>) -> Result<Value, Reported> {
@@ -234,7 +234,8 @@ impl Scopes<'_> {
             let value = self.evaluate_steps(span, &inner, scope, env)?;
             fields.push((self.instances[child].name.clone(), value));
         }
-        Ok(Value::Record(Arc::new(fields)))
+        let class = self.instances[record].class.ok_or(Reported)?;
+        Ok(Value::Record(Arc::new(Fields { class, list: fields })))
     }
 
     fn is_one(&self, subscript: &Expr) -> bool {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use hyd_syntax::tree::{BinaryOp, Name};
 
+use crate::classes::class::ClassId;
 use crate::external::Object;
 
 /// An enumeration type.
@@ -34,9 +35,25 @@ pub enum Value {
     /// An array; all elements have the same shape.  Shared, so that a function may pass on and read a long one for nothing.
     Array(Arc<Items>),
     /// A record: its fields in order; one that has no value yet is not among them.
-    Record(Arc<Vec<(Name, Value)>>),
+    Record(Arc<Fields>),
     /// An external object.
     Object(Arc<Object>),
+}
+
+/// The fields of a record, and the class that says what operators mean for it.
+#[derive(Clone, Debug)]
+pub struct Fields {
+    /// Its class.
+    pub class: ClassId,
+    /// The fields.
+    pub list: Vec<(Name, Value)>,
+}
+
+/// Records of the same fields are equal whatever their classes are called (Modelica 3.6, section 6.7).
+impl PartialEq for Fields {
+    fn eq(&self, other: &Self) -> bool {
+        self.list == other.list
+    }
 }
 
 /// The elements of an array along its first dimension.  An array without elements has sizes, too (Modelica 3.6, section 10.7): where there
@@ -226,7 +243,7 @@ impl Value {
             }
             Value::Array(items) => format!("{{{}}}", items.iter().map(Value::text).collect::<Vec<_>>().join(",")),
             Value::Record(fields) => {
-                let fields: Vec<String> = fields.iter().map(|(n, v)| format!("{n} = {}", v.text())).collect();
+                let fields: Vec<String> = fields.list.iter().map(|(n, v)| format!("{n} = {}", v.text())).collect();
                 format!("({})", fields.join(", "))
             }
             Value::Object(object) => format!("{}(...)", object.made_by),
@@ -246,7 +263,7 @@ impl Value {
     /// A field of a record, or of each record of an array.
     pub fn field(&self, name: &str) -> Option<Value> {
         match self {
-            Value::Record(fields) => fields.iter().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v.clone()),
+            Value::Record(fields) => fields.list.iter().find(|(n, _)| n.as_ref() == name).map(|(_, v)| v.clone()),
             Value::Array(items) => items.try_map(|v| v.field(name)),
             _ => None,
         }

@@ -150,3 +150,30 @@ pub enum BinaryOp {
     /// `or`
     Or,
 }
+
+impl BinaryOp {
+    /// The name of the function that an operator record declares for it (Modelica 3.6, section 14.5).
+    pub fn function_name(self) -> &'static str {
+        match self {
+            BinaryOp::Add | BinaryOp::ElementAdd => "'+'",
+            BinaryOp::Sub | BinaryOp::ElementSub => "'-'",
+            BinaryOp::Mul | BinaryOp::ElementMul => "'*'",
+            BinaryOp::Div | BinaryOp::ElementDiv => "'/'",
+            BinaryOp::Pow | BinaryOp::ElementPow => "'^'",
+            BinaryOp::Equal => "'=='",
+            BinaryOp::NotEqual => "'<>'",
+            BinaryOp::Less => "'<'",
+            BinaryOp::LessEqual => "'<='",
+            BinaryOp::Greater => "'>'",
+            BinaryOp::GreaterEqual => "'>='",
+            BinaryOp::And => "'and'",
+            BinaryOp::Or => "'or'",
+        }
+    }
+
+    /// True for the operators with a dot, which are for elements (section 10.6.3).
+    pub fn is_element_by_element(self) -> bool {
+        use BinaryOp::{ElementAdd, ElementDiv, ElementMul, ElementPow, ElementSub};
+        matches!(self, ElementAdd | ElementSub | ElementMul | ElementDiv | ElementPow)
+    }
+}
