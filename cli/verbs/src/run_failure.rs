@@ -92,7 +92,7 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
             diagnostic = diagnostic.help(format!("in the component {component}"));
         }
         // What is approached is said above; that something jumps would be another cause.
-        if !shown && !(is_approached && line == hyd_runtime::JUMPS) {
+        if !(shown || is_approached && line == hyd_runtime::JUMPS) {
             diagnostic = diagnostic.help(line.trim_start_matches("hint: "));
         }
     }

@@ -47,7 +47,7 @@ fn names_of_bases<'d>(def: &'d ClassDef, names: &mut Vec<&'d Name>) {
 }
 
 fn add_base<'d>(base: &'d Path, modification: &'d Modification, names: &mut Vec<&'d Name>) {
-    if !base.global && !(base.parts.len() == 1 && is_builtin(&base.parts[0].name)) {
+    if !(base.global || base.parts.len() == 1 && is_builtin(&base.parts[0].name)) {
         names.push(&base.parts[0].name);
     }
     add_redeclared(modification, names);

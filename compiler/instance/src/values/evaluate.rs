@@ -425,10 +425,11 @@ impl Scopes<'_> {
             for (k, size) in of.sizes().into_iter().enumerate() {
                 match rest.get(k) {
                     None => sizes.push(size),
-                    Some(subscript) => match self.positions_of(subscript, size, scope, env)? {
-                        Value::Array(chosen) => sizes.push(chosen.len()),
-                        _ => {}
-                    },
+                    Some(subscript) => {
+                        if let Value::Array(chosen) = self.positions_of(subscript, size, scope, env)? {
+                            sizes.push(chosen.len());
+                        }
+                    }
                 }
             }
         }
