@@ -4,7 +4,6 @@
 //! once, [`sweep`](sweep::sweep) many times, [`share_out`](share_out::share_out) does so on other machines, [`linearize`](linear::linearize) gives the linear model at a point, `study`, `fit` and `discover` hold a model
 //! against a bench, `check` counts what a model has. Results are data; what is to be said on the way goes to a [`Listener`]. No clap, no standard output, no mathematics.
 
-mod asleep;
 pub mod check;
 pub mod discover;
 mod discovered_files;
@@ -17,6 +16,7 @@ pub mod discovery_shared;
 pub mod discovery_trials;
 pub mod fit;
 mod fit_report;
+mod held_conditions;
 pub mod inside;
 mod joined;
 pub mod library;

@@ -80,7 +80,7 @@ impl Trials<'_> {
         let tried = changes(&compilation.files, file, trouble, messages, model);
         let mut healing = Healing::default();
         let mut found: Option<(Rank, bool)> = None;
-        let mut definitions = 0;
+        let mut definitions = Vec::new();
         let steps = Cell::new(0);
         // What was not tried might heal as well.
         let mut is_cut = false;
@@ -106,14 +106,15 @@ impl Trials<'_> {
             let is_known = healing.proposals.iter().flat_map(|own| &own.edits).any(is_replaced);
             if !is_known && self.is_healed(compilation, &name, &edited(text, &edits), (trouble, &steps)) {
                 found = Some(kind);
-                definitions += usize::from(change.is_definition);
+                definitions.push(change.is_definition);
                 healing.proposals.push(change.proposal);
             }
         }
-        let is_alone = healing.proposals.len() == 1 && definitions == 0;
-        // They come last, and are not shown beside others.
-        if definitions < healing.proposals.len() {
-            healing.proposals.truncate(healing.proposals.len() - definitions);
+        let is_alone = definitions == [false];
+        // Signs of definitions are not shown beside others.
+        if definitions.contains(&false) {
+            let mut is_definition = definitions.into_iter();
+            healing.proposals.retain(|_| !is_definition.next().unwrap_or(false));
         }
         let any_would_do = |rank: Rank| matches!(rank, Rank::Sign | Rank::OtherEnds | Rank::Joined | Rank::LeftOut);
         healing.is_vague = found.is_some_and(|(rank, _)| any_would_do(rank));

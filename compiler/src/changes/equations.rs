@@ -90,7 +90,7 @@ impl Found<'_> {
                 }
                 self.is_definition = false;
                 self.before_the_event(left, right);
-                self.hysteresis(left, right);
+                self.hysteresis(equation, left, right);
                 self.both_inwards(equation, left, right);
             }
             EquationKind::Connect(a, b) => self.ends(a, b),
@@ -182,8 +182,7 @@ impl Found<'_> {
             }
         }
         let [(speed, value, rate, call, rank)] = found[..] else { return };
-        let Some(section) = self.text[..equations[0].span.start as usize].rfind("equation") else { return };
-        let begin = self.text[..section].rfind('\n').map_or(0, |at| at + 1) as u32;
+        let Some(begin) = self.begin_of_sections else { return };
         let name = ["rests", "is_at_rest"].into_iter().find(|name| !self.text.contains(name));
         let Some(name) = name else { return };
         let [said, rebound, law] = [speed, value, rate].map(|span| self.snippet(span).to_string());
@@ -274,7 +273,7 @@ impl Found<'_> {
     }
 
     /// A comparison that switches back a little later than on.
-    fn hysteresis(&mut self, left: &Expr, right: &Expr) {
+    fn hysteresis(&mut self, equation: &Equation, left: &Expr, right: &Expr) {
         if !matches!(left.kind, ExprKind::Ref(_)) || !self.trouble.run || !self.is_marked(right.span) {
             return;
         }
@@ -284,7 +283,7 @@ impl Found<'_> {
                 self.write(Rank::Moment, right.span, &text);
             }
         }
-        self.switched(right);
+        self.switched(equation.span.start, right);
     }
 
     /// A comparison with a number that switches the Boolean `name` on beyond it and off below, as text.
@@ -302,20 +301,16 @@ impl Found<'_> {
     }
 
     /// A law with two branches whose condition becomes a Boolean with a hysteresis.
-    fn switched(&mut self, right: &Expr) {
+    fn switched(&mut self, before: u32, right: &Expr) {
         let ExprKind::If(branches, _) = &right.kind else { return };
         let [(condition, _)] = &branches[..] else { return };
-        let at = condition.span.start as usize;
-        // The section that holds it begins before it.
-        let Some(section) = self.text[..at].rfind("equation") else { return };
-        let begin = self.text[..section].rfind('\n').map_or(0, |at| at + 1) as u32;
-        let end = (section + "equation".len()) as u32;
+        let Some(begin) = self.begin_of_sections else { return };
         let Some(name) = ["is_on", "is_beyond"].into_iter().find(|name| !self.text.contains(name)) else { return };
         for width in HYSTERESES {
             let Some(text) = self.with_hysteresis(condition, name, width) else { return };
             let edits = vec![
                 self.edit(begin, begin, format!("  Boolean {name}(start = false, fixed = true);\n")),
-                self.edit(end, end, format!("\n  {name} = {text};")),
+                self.edit(before, before, format!("{name} = {text};\n  ")),
                 self.replaced(condition.span, name),
             ];
             let old = self.said(condition.span);

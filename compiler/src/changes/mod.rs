@@ -93,10 +93,10 @@ pub enum Rank {
     Exchanged,
     /// Another guess of an unknown.
     Guess,
-    /// A number that may be of another unit by its size.
-    OtherUnit,
     /// A start value that nobody has given.
     FirstStart,
+    /// A number that may be of another unit by its size.
+    OtherUnit,
     /// The same of a number without a unit, by what its equations make of it.
     InferredUnit,
     /// A connection that is missing, with an output that nothing reads.
@@ -186,6 +186,7 @@ pub fn changes(
         surplus,
         initial_surplus: told().any(|own| own.message.contains("the initial equation `")),
         without_start,
+        begin_of_sections: None,
         is_definition: false,
         changes: Vec::new(),
     };
@@ -228,6 +229,8 @@ struct Found<'a> {
     has_bases: bool,
     /// Messages say that an initial equation contradicts the other conditions.
     initial_surplus: bool,
+    /// Where further declarations of the class at hand may stand: the first byte of the line that begins its sections.
+    begin_of_sections: Option<u32>,
     /// Variables that begin at 0 because they have no start value.
     without_start: BTreeSet<String>,
     /// The equation at hand says how two variables belong together.
@@ -249,6 +252,7 @@ impl Found<'_> {
             })
             .collect();
         let starts = self.components(&components);
+        self.begin_of_sections = components.last().and_then(|last| self.begin_of_sections(last.name.span.end));
         let settings = components.iter().filter(|own| own.variability <= Variability::Parameter);
         let settings: BTreeSet<&str> = settings.map(|own| &*own.name.name).collect();
         // What a class extends belongs to it.
@@ -261,6 +265,18 @@ impl Found<'_> {
         self.trouble.too_many = too_many;
         self.sockets(equations);
         self.missing(equations, &components);
+    }
+
+    /// The first line behind a declaration that begins a section of equations or of an algorithm: what is declared stands before it.
+    fn begin_of_sections(&self, from: u32) -> Option<u32> {
+        let is_section = |line: &str| {
+            let line = line.trim_start();
+            let line = line.strip_prefix("initial ").map_or(line, str::trim_start);
+            let word: &str = line.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or_default();
+            matches!(word, "equation" | "algorithm")
+        };
+        let rest = self.begins.iter().skip(self.line(from)).copied();
+        rest.into_iter().find(|&begin| is_section(self.text[begin as usize..].lines().next().unwrap_or_default()))
     }
 
     fn is_marked(&self, span: Span) -> bool {
@@ -353,10 +369,15 @@ mod tests {
 
     /// The texts that come of a text, with their ranks; the message marks the line with these words.
     fn texts(text: &str, trouble: Trouble, marked: &str) -> Vec<(Rank, String)> {
+        told(text, trouble, marked, "it fails")
+    }
+
+    /// The same where the message says this.
+    fn told(text: &str, trouble: Trouble, marked: &str, message: &str) -> Vec<(Rank, String)> {
         let mut files = Files::new();
         let file = files.add("m.mo", text);
         let at = text.find(marked).expect("it is there");
-        let message = Diagnostic::error(Code::Run, "it fails").at(Span::new(file, at, at + marked.len()), "");
+        let message = Diagnostic::error(Code::Run, message).at(Span::new(file, at, at + marked.len()), "");
         let found = changes(&files, file, trouble, &[message], None);
         let made = found.into_iter().map(|change| {
             let mut text = text.to_string();
@@ -405,10 +426,12 @@ mod tests {
         };
         assert!(moved("x = 2*a;") && moved("x = -1;"));
         assert!(!moved("x = 2*time;") && !moved("x = der(y);") && !moved("x = y;") && !moved("2*x = a;"));
-        // A parameter that only has a start may be meant to be found.
+        // A parameter that only has a start may be meant to be found, where the conditions are one too many.
         let found = "model M\n  parameter Real u(start = 10);\nend M;\n";
         let meant = found.replace("10", "10, fixed = false");
-        assert!(texts(found, start, "parameter").contains(&(Rank::Determined, meant)));
+        let surplus = "the initial equation `x = 1` contradicts the other conditions of `x`";
+        assert!(told(found, start, "parameter", surplus).contains(&(Rank::Determined, meant)));
+        assert!(texts(found, start, "parameter").iter().all(|(rank, _)| *rank != Rank::Determined));
         let fixed = "model M\n  Real x(start = 1, fixed = true);\nend M;\n";
         assert!(texts(fixed, start, "Real x").contains(&(Rank::Start, fixed.replace("true", "false"))));
     }

@@ -102,6 +102,99 @@ fn no_limit_is_moved_and_no_end_brought_forward() {
     }
 }
 
+/// Changes after which a model runs and that need not be meant are shown, and the text stays.
+#[test]
+fn what_may_not_be_meant_is_shown_and_not_written() {
+    let folder = Scratch::new();
+    for (text, shown) in [
+        // An inflow would be shut off with the outflow.
+        (
+            "model M\n  Real h(start = 1, fixed = true);\nequation\n  der(h) = 0.3*sin(time) - 0.5*sqrt(h);\nend M;\n",
+            "if h > 0 then",
+        ),
+        // What the ball rests on moves away later.
+        (
+            "model M\n  Real h(start = 1, fixed = true);\n  Real v(start = 0, fixed = true);\n  Real plate = if time < 4 then 0 else 4 - time;\n\
+             equation\n  der(h) = v;\n  der(v) = -9.81;\n  when h < plate then\n    reinit(v, -0.6*pre(v));\n  end when;\nend M;\n",
+            "let `v` come to rest",
+        ),
+        // One fixed start is too many; the number is to be given.
+        (
+            "model M\n  parameter Real m(start = 1) \"to be given\";\n  Real a(start = 2, fixed = true);\n  Real b(start = 5, fixed = true);\n\
+             equation\n  der(a) = -a;\n  b = m*a;\nend M;\n",
+            "",
+        ),
+        // Another sign lets the temperature run away.
+        (
+            "model M\n  parameter Real G(unit = \"W/K\") = 6;\n  parameter Real C(unit = \"J/K\") = 1e3;\n  \
+             Real T(unit = \"K\", start = 300, fixed = true);\nequation\n  C*der(T) = -G*(T - 200);\n  assert(T > 290, \"too cold\");\n\
+             annotation(experiment(StopTime = 100));\nend M;\n",
+            "change the sign of `-G*(T - 200)`",
+        ),
+    ] {
+        folder.write("m.hyd", text);
+        let outcome = run(folder.path(), &["check", "m.hyd", "--fix", "--stop", "100"]);
+        let changed = folder.read("m.hyd");
+        assert!(outcome.stdout.contains(shown), "{shown}: {}{}", outcome.stdout, outcome.stderr);
+        assert!(!changed.contains("m(start = 1, fixed = false)"), "{changed}");
+        assert!(shown.is_empty() || changed == text, "{shown}: {changed}");
+    }
+}
+
+/// A recipe finds its places whatever words stand in comments, and before an initial equation.
+#[test]
+fn a_bounce_comes_to_rest_whatever_stands_around_it() {
+    let folder = Scratch::new();
+    let text = "model M\n  Real h;\n  Real v(start = 0, fixed = true);\ninitial equation\n  h = 1;\nequation\n  \
+                // the equation of motion\n  der(h) = v;\n  der(v) = -9.81;\n  when h <= 0 then\n    reinit(v, -0.6*pre(v));\n  end when;\nend M;\n";
+    folder.write("m.hyd", text);
+    let outcome = run(folder.path(), &["check", "m.hyd", "--fix", "--stop", "10"]);
+    assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+    let changed = folder.read("m.hyd");
+    assert!(changed.contains("Boolean rests(start = false, fixed = true);\ninitial equation"), "{changed}");
+    assert!(changed.contains("// the equation of motion"), "{changed}");
+    let ran = run(folder.path(), &["simulate", "m.hyd", "--stop", "10", "--json"]);
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+}
+
+/// An equation too many in a base class is found in it.
+#[test]
+fn what_a_class_extends_belongs_to_it() {
+    let folder = Scratch::new();
+    let text = "model Base\n  Hyd.Electrical.Components.Resistor r(R = 5);\n  Hyd.Electrical.Sources.ConstantVoltage b(V = 5);\n  \
+                Hyd.Electrical.Components.Ground g;\nequation\n  connect(b.p, r.p);\n  connect(r.n, b.n);\n  connect(b.n, g.p);\n  \
+                r.n.v = 0;\nend Base;\nmodel Derived\n  extends Base(b(V = 4));\nend Derived;\n";
+    folder.write("m.hyd", text);
+    let outcome = run(folder.path(), &["check", "m.hyd", "--model", "Derived", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+    assert_eq!(folder.read("m.hyd"), text.replace("  r.n.v = 0;\n", ""));
+}
+
+/// A `when` that holds from the start is named where an assertion fails; not one that acts at the start, nor one that asks what changes at events.
+#[test]
+fn conditions_that_hold_from_the_start_are_named() {
+    let folder = Scratch::new();
+    for (when, is_named) in [
+        ("when h > 0.8 then\n    n = pre(n) + 1;\n  end when;", true),
+        ("when {initial(), h > 0.8} then\n    n = pre(n) + 1;\n  end when;", false),
+        (
+            "when time > 0.1 then\n    k = pre(k) + 1;\n  end when;\n  when k <> pre(k) then\n    n = pre(n) + 1;\n  end when;",
+            false,
+        ),
+        ("when h < 0.95 then\n    n = pre(n) + 1;\n  end when;", false),
+    ] {
+        let k = if when.contains("pre(k)") { "  Integer k(start = 0, fixed = true);\n" } else { "" };
+        let text = format!(
+            "model M\n  Real h(start = 0.9, fixed = true);\n  Integer n(start = 0, fixed = true);\n{k}equation\n  der(h) = 0.1;\n  {when}\n  \
+             assert(h < 1, \"over\");\nend M;\n"
+        );
+        folder.write("m.hyd", text);
+        let outcome = run(folder.path(), &["simulate", "m.hyd", "--stop", "2"]);
+        assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+        assert_eq!(outcome.stderr.contains("holds from the start"), is_named, "{when}: {}", outcome.stderr);
+    }
+}
+
 /// The mark of UTF-8 and the ends of lines of other systems stay.
 #[test]
 fn a_file_of_windows_stays_one() {

@@ -96,6 +96,19 @@ impl Ranking {
     }
 }
 
+/// The flat model of a system with starts fixed where its text says so, and not where a variable took that over from one that it equals: aliases
+/// that are chosen anew would take what was inherited for what was written.
+pub(crate) fn fixed_as_written(system: &EquationSystem) -> FlatModel {
+    let mut flat = system.flat.clone();
+    for &v in &system.fixed_by_others {
+        let (block, k) = flat.locate(v);
+        let block = &mut flat.variables[block];
+        let count = block.count as usize;
+        set_element(&mut block.fixed, k, count, false);
+    }
+    flat
+}
+
 /// The block of each scalar variable.
 pub(crate) fn block_of_variable(flat: &FlatModel) -> IndexVec<VarId, u32> {
     let mut table = IndexVec::filled(0, flat.scalars as usize);

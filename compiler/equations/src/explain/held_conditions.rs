@@ -58,14 +58,34 @@ fn of_when(name: &str) -> &str {
 /// The `when` of which one condition is `initial()`: they act at the start, whatever else they ask.
 fn asked_at_the_start(flat: &FlatModel) -> FxHashSet<String> {
     let mut found = FxHashSet::default();
-    for block in flat.equations.iter().filter(|block| block.section == Section::Discrete) {
+    let arena = &flat.templates.arena;
+    let is_initial = |node| matches!(arena.node(node), Node::Initial);
+    for block in &flat.equations {
         let template = flat.templates.get(block.template);
-        let arena = &flat.templates.arena;
-        if !post_order(arena, &[template.right]).into_iter().any(|node| matches!(arena.node(node), Node::Initial)) {
-            continue;
+        let nodes = post_order(arena, &[template.right]);
+        // As a part of a condition (`when initial() or h > 1`) ...
+        if block.section == Section::Discrete && nodes.iter().any(|&node| is_initial(node)) {
+            for k in 0..block.count as usize {
+                found.extend(condition(flat, block, &template, k).map(|name| of_when(&name).to_string()));
+            }
         }
-        for k in 0..block.count as usize {
-            found.extend(condition(flat, block, &template, k).map(|name| of_when(&name).to_string()));
+        // ... and as one of several (`when {initial(), h > 1}`), in what they set.
+        let beside = nodes
+            .iter()
+            .filter(|&&node| matches!(arena.node(node), Node::Or(one, other) if is_initial(one) || is_initial(other)));
+        for &node in beside {
+            let slots = post_order(arena, &[node]).into_iter().filter_map(|node| match arena.node(node) {
+                Node::Slot(slot) => Some(slot.index()),
+                _ => None,
+            });
+            for slot in slots {
+                for k in 0..block.count as usize {
+                    let operands = block.operands_of(k, template.arity as usize);
+                    if let Target::Var(v) = operands[slot].target() {
+                        found.insert(of_when(&flat.var_name(v)).to_string());
+                    }
+                }
+            }
         }
     }
     found

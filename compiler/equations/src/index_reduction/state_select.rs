@@ -9,7 +9,7 @@ use hyd_flat::{EquationBlock, Operand, PerElement, Section, StateSelect, Target,
 use hyd_source::{Code, Diagnostic};
 use hyd_symbolic::{SlotId, Template};
 
-use crate::alias::representative::block_of_variable;
+use crate::alias::representative::{block_of_variable, fixed_as_written};
 use crate::explain::faults::{list_names, mark_variables};
 use crate::system::{EquationSystem, Role};
 
@@ -28,7 +28,7 @@ pub(crate) fn with_wished_states(system: &EquationSystem) -> Option<EquationSyst
         wished.extend(scalars.filter(wants));
     }
     let &first = wished.first()?;
-    let mut flat = system.flat.clone();
+    let mut flat = fixed_as_written(system);
     let mut operands = Vec::with_capacity(2 * wished.len());
     for &v in &wished {
         let block = flat.locate(v).0;

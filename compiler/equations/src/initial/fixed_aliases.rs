@@ -85,10 +85,9 @@ fn fixed_of_classes(system: &EquationSystem) -> Vec<(VarId, Vec<Said>)> {
             Resolution::Alias { of, negated } => (of, negated),
             Resolution::Value(_) => continue,
         };
-        // What nobody wrote is zero, unless it is taken over from another one.
-        let block = &flat.variables.raw[blocks[v] as usize];
-        let is_zero = block.made.is_none() && !block.has_start;
-        let Some(start) = written.remove(&v).or(is_zero.then_some(Start::Number(0.0))) else { continue };
+        // What nobody wrote is zero.
+        let is_made = flat.variables.raw[blocks[v] as usize].made.is_some();
+        let Some(start) = written.remove(&v).or((!is_made).then_some(Start::Number(0.0))) else { continue };
         let place = *places.entry(kept).or_insert_with(|| {
             classes.push((kept, Vec::new()));
             classes.len() - 1
