@@ -11,6 +11,7 @@ mod c;
 mod candidates;
 mod delay;
 mod engine;
+mod known;
 mod layout;
 mod lower;
 mod model;

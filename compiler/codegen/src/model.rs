@@ -16,6 +16,7 @@ use hyd_system::{DelaySite, InitialStructure, InputSite, Pattern, Structure, Tab
 use crate::candidates::candidate_sets;
 use crate::delay::{site_places, sites};
 use crate::engine::code;
+use crate::known::known_discrete;
 use crate::layout::{Layout, Place};
 use crate::lower::{self, Jacobians, Lowered, Options};
 use crate::nominals::nominals;
@@ -350,7 +351,15 @@ fn transfer(sorted: &SortedSystem, lowered: &Lowered, names: &TargetNames<'_>) -
         states: unknowns.iter().map(|u| state(u.target)).collect(),
         rates: unknowns.iter().map(rate).collect(),
         values: values.collect(),
+        decided: decided(sorted, lowered),
     }
+}
+
+/// Positions of the discrete variables that are known before the initial system is solved.
+fn decided(sorted: &SortedSystem, lowered: &Lowered) -> Vec<u32> {
+    let known = known_discrete(sorted);
+    let positions = (0u32..).zip(&lowered.layout.discrete_vars);
+    positions.filter(|(_, v)| known.contains(v)).map(|(k, _)| k).collect()
 }
 
 fn uses_homotopy(sorted: &SortedSystem) -> bool {

@@ -217,6 +217,8 @@ pub struct InitialTransfer {
     pub rates: Vec<Option<Place>>,
     /// Parameters and discrete variables that the initial system determines: from, to.
     pub values: Vec<(Place, u32)>,
+    /// Discrete variables (positions among them) that follow from what is known before the initial system is solved.
+    pub decided: Vec<u32>,
     /// Conditions that follow from others, checked at the start.
     pub checked: Vec<Checked>,
     /// `homotopy` occurs in the initial system.

@@ -1,5 +1,5 @@
-//! What the start does with the data of an instance: relations at the guess, start values of discrete variables, conditions that are
-//! only checked.
+//! What the start does with the data of an instance: relations at the guess, discrete variables that are known before the first solution,
+//! start values of discrete variables, conditions that are only checked.
 
 use hyd_system::EvalFailure;
 
@@ -7,6 +7,10 @@ use crate::instance::{Instance, Point};
 
 /// A fixed start value may differ from what follows from others by this, relative to both or to 1.
 const SAME_START: f64 = 1e-6;
+
+/// Rounds in which discrete variables are decided before the first solution: what follows from what was decided in a round is decided in
+/// the next one.
+const MOST_ROUNDS: usize = 16;
 
 impl Instance {
     /// Truth of the relations at the guess, so that the initial system starts on the likely branches.
@@ -22,6 +26,51 @@ impl Instance {
                 let truth = self.memory.out[k];
                 self.memory.data[index as usize] = if truth.is_finite() { truth } else { 0.0 };
             }
+        }
+    }
+
+    /// Discrete variables that follow from what is known have their values before the initial system is solved (Modelica 3.6, section 8.6: all
+    /// equations of the start are one system, and these come first in it); the others keep their start values until the event iteration.
+    pub(crate) fn decide_known(&mut self, z: &[f64]) {
+        let loaded = self.loaded.clone();
+        let decided = &loaded.model.initial.decided;
+        if decided.is_empty() {
+            return;
+        }
+        let range = loaded.model.area.discrete.start as usize..loaded.model.area.discrete.end as usize;
+        let n = loaded.model.structure.unknowns;
+        let (mut y, mut yp) = (vec![0.0; n], vec![0.0; n]);
+        for _ in 0..MOST_ROUNDS {
+            self.run(loaded.model.routines.initial.assign, Point { unknown: z, rate: &[] }, &mut [], &mut []);
+            self.take_over(z, &mut y, &mut yp);
+            let point = Point { unknown: &y, rate: &yp };
+            self.run(loaded.model.routines.simulation.assign, point, &mut [], &mut []);
+            let mut values = self.memory.data[range.clone()].to_vec();
+            self.run(loaded.model.routines.events.discrete, point, &mut [], &mut []);
+            let mut changed = false;
+            for &k in decided {
+                let value = self.memory.data[range.start + k as usize];
+                if value.is_finite() && value != values[k as usize] {
+                    values[k as usize] = value;
+                    changed = true;
+                }
+            }
+            self.memory.data[range.clone()].copy_from_slice(&values);
+            if !changed {
+                return;
+            }
+            self.guess_relations(z);
+        }
+    }
+
+    /// Unknowns of the simulation and their rates as the initial system has them, whose assigned variables stand in the work area.
+    pub(crate) fn take_over(&self, z: &[f64], y: &mut [f64], yp: &mut [f64]) {
+        let transfer = &self.loaded.model.initial;
+        for (value, place) in y.iter_mut().zip(&transfer.states) {
+            *value = place.map_or(0.0, |place| self.read(place, z));
+        }
+        for (value, place) in yp.iter_mut().zip(&transfer.rates) {
+            *value = place.map_or(0.0, |place| self.read(place, z));
         }
     }
 

@@ -68,6 +68,7 @@ impl DaeSystem for Instance {
             *value = start.map_or(0.0, |index| self.memory.data[index as usize]);
         }
         self.guess_relations(z);
+        self.decide_known(z);
         Ok(())
     }
 
@@ -88,14 +89,8 @@ impl DaeSystem for Instance {
         self.set_time(t0, true);
         let loaded = self.loaded.clone();
         self.run(loaded.model.routines.initial.assign, Point { unknown: z, rate: &[] }, &mut [], &mut []);
-        let transfer = &loaded.model.initial;
-        for (value, place) in y.iter_mut().zip(&transfer.states) {
-            *value = place.map_or(0.0, |place| self.read(place, z));
-        }
-        for (value, place) in yp.iter_mut().zip(&transfer.rates) {
-            *value = place.map_or(0.0, |place| self.read(place, z));
-        }
-        for &(from, to) in &transfer.values {
+        self.take_over(z, y, yp);
+        for &(from, to) in &loaded.model.initial.values {
             self.memory.data[to as usize] = self.read(from, z);
         }
         self.start_late()?;

@@ -3,8 +3,8 @@
 //! Bind parameters, solve the initial system `G(z) = 0` by the damped method, store its solution as `(y, y')`, make that
 //! consistent ([`consistent`]) and run the event iteration of the start; as long as a relation or a discrete variable changes,
 //! the initial system is another one and is solved again from the last solution.  What `reinit` has written at the start
-//! is not overwritten by a later solution.  Where the first of these systems has no solution, discrete variables are decided by the
-//! guess.  Where Newton's method fails and there are simplified expressions (`homotopy`), the
+//! is not overwritten by a later solution.  Where the first of these systems has no solution, or one without values, discrete variables
+//! are decided by the guess.  Where Newton's method fails and there are simplified expressions (`homotopy`), the
 //! way leads over the simplified system; where that fails too, solutions are looked for elsewhere ([`rescue`]).
 
 pub(crate) mod consistent;
@@ -35,6 +35,8 @@ const SMALLEST_SHARE: f64 = 1e-4;
 const MOST_PASSES: usize = 100;
 /// After so many it is looked whether they change anything.
 const MANY_PASSES: usize = 10;
+/// How often discrete variables are decided before the first solution: each time those that follow from the last ones join them.
+const MOST_DECISIONS: usize = 16;
 
 /// Solver of the initial system.
 #[derive(Clone)]
@@ -127,17 +129,7 @@ impl InitialSystem {
         let mut last: Option<Before> = None;
         for pass in 0..MOST_PASSES {
             if !reinitialised {
-                let guess = self.newton.x.clone();
-                let mut solved = self.solve(problem, t);
-                if solved.is_err() && pass == 0 && self.decide_at(problem, t, guess.clone(), (y, yp)) {
-                    solved = self.solve(problem, t);
-                }
-                if let Err(error) = solved {
-                    self.elsewhere(problem, (t, start.rescue), &guess, error)?;
-                }
-                judge_initial(problem, t, &self.newton.x)?;
-                let result = problem.system.initial_store(t, &self.newton.x, y, yp);
-                result.map_err(|failure| failed(failure, problem))?;
+                self.solve_and_store(problem, (t, start.rescue), pass == 0, (y, yp))?;
             }
             start.consistency.choose_states(problem, t, y, yp);
             let at = (t, start.time_scale);
@@ -184,18 +176,50 @@ impl InitialSystem {
         Err(SolveError::EventLoop { time: t, passes: MOST_PASSES, relations, repeats })
     }
 
-    /// Discrete variables as the guess decides them, not as they start: a valve that starts closed may leave the equations
-    /// singular that the guess would open.  True if that makes another system, to be solved from the guess again.
+    /// Solves the initial system and stores its solution as `(y, y')`.  Where that fails for the first one, discrete variables may be what
+    /// is wrong, as they still have their start values: a divisor that nothing has set yet.  They are decided, and it is tried again.
+    fn solve_and_store(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, may_look): (f64, bool),
+        first: bool,
+        (y, yp): (&mut [f64], &mut [f64]),
+    ) -> Result<(), SolveError> {
+        let guess = self.newton.x.clone();
+        let mut decisions = if first { MOST_DECISIONS } else { 0 };
+        let mut solved = self.solve(problem, t);
+        if solved.is_err() && first && self.decide_at(problem, t, guess.clone(), (y, yp)) {
+            solved = self.solve(problem, t);
+        }
+        loop {
+            if let Err(error) = solved {
+                self.elsewhere(problem, (t, may_look), &guess, error)?;
+            }
+            judge_initial(problem, t, &self.newton.x)?;
+            let Err(failure) = problem.system.initial_store(t, &self.newton.x, y, yp) else { return Ok(()) };
+            let error = SolveError::evaluation(Stage::Start, t, failure, problem);
+            if decisions == 0 || !self.decide_at(problem, t, self.newton.x.clone(), (y, yp)) {
+                return Err(error);
+            }
+            decisions -= 1;
+            solved = self.solve(problem, t);
+        }
+    }
+
+    /// Discrete variables as these unknowns decide them, not as they start: a valve that starts closed may leave the equations
+    /// singular that the guess would open.  True if that makes another system, to be solved from there again.  What has no value yet does
+    /// not matter, unless a discrete variable is made of it.
     fn decide_at(
         &mut self,
         problem: &mut Problem<'_>,
         t: f64,
-        guess: Vec<f64>,
+        unknowns: Vec<f64>,
         (y, yp): (&mut [f64], &mut [f64]),
     ) -> bool {
-        let stored = problem.system.initial_store(t, &guess, y, yp);
-        self.newton.x = guess;
-        stored.is_ok() && problem.system.event_pass(EventPhase::Initial, t, y, yp).is_ok_and(|change| change.changed)
+        // It writes all values before it says which one is missing.
+        let _ = problem.system.initial_store(t, &unknowns, y, yp);
+        self.newton.x = unknowns;
+        problem.system.event_pass(EventPhase::Initial, t, y, yp).is_ok_and(|change| change.changed)
     }
 
     /// Looks for a solution away from the guess, from which Newton's method has failed; if there is none the failure stands, with what

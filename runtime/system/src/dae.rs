@@ -299,7 +299,8 @@ pub trait DaeSystem: Send {
     /// Size of each initial unknown for convergence tests, values > 0 (1 where nothing is known).
     fn initial_nominals(&self, out: &mut [f64]);
 
-    /// First guess of the initial unknowns `z` (start values).
+    /// First guess of the initial unknowns `z` (start values).  Relations are what they are there, and discrete variables that follow from
+    /// what is known have their values afterwards.
     fn initial_guess(&mut self, t0: f64, z: &mut [f64]) -> Result<(), EvalFailure>;
 
     /// Residual G(z) of the initial system.
