@@ -127,9 +127,17 @@ impl Instance {
         }
     }
 
+    /// Parameters and discrete variables that the initial system determines.
+    pub(crate) fn take_values(&mut self, z: &[f64]) {
+        let loaded = self.loaded.clone();
+        for &(from, to) in &loaded.model.initial.values {
+            self.memory.data[to as usize] = self.read(from, z);
+        }
+    }
+
     /// Start values of discrete variables that the parameters found at the start decide; the pass of the event iteration that
     /// follows gives the variables themselves.
-    pub(crate) fn start_late(&mut self) -> Result<(), EvalFailure> {
+    pub(crate) fn start_late(&mut self, z: &[f64]) -> Result<(), EvalFailure> {
         if !self.loaded.model.has_late_starts() {
             return Ok(());
         }
@@ -139,6 +147,8 @@ impl Instance {
             return Err(failure);
         }
         self.start_pre();
+        // `pre` of what the solution gives is not a start value.
+        self.take_values(z);
         Ok(())
     }
 }

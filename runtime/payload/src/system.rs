@@ -90,10 +90,8 @@ impl DaeSystem for Instance {
         let loaded = self.loaded.clone();
         self.run(loaded.model.routines.initial.assign, Point { unknown: z, rate: &[] }, &mut [], &mut []);
         self.take_over(z, y, yp);
-        for &(from, to) in &loaded.model.initial.values {
-            self.memory.data[to as usize] = self.read(from, z);
-        }
-        self.start_late()?;
+        self.take_values(z);
+        self.start_late(z)?;
         self.start_delayed(z);
         if !y.iter().chain(yp.iter()).all(|value| value.is_finite()) {
             return Err(self.initial_failure(z));
