@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use hyd_equations::{Plan, Redundant, SortedSystem, equation_text};
+use hyd_equations::{Assignment, Plan, Redundant, SortedSystem, equation_text};
 use hyd_flat::{MessagePart, Target, VarId};
 use hyd_index::TypedIndex;
 use hyd_payload::{
@@ -11,7 +11,7 @@ use hyd_payload::{
 };
 use hyd_source::{Code, Diagnostic, Files};
 use hyd_symbolic::{NodeId, contains_homotopy};
-use hyd_system::{DelaySite, InitialStructure, InputSite, Pattern, Structure, Tables};
+use hyd_system::{DelaySite, InitialStructure, InputSite, Pattern, Structure, Tables, ValueKind};
 
 use crate::candidates::candidate_sets;
 use crate::delay::{site_places, sites};
@@ -352,6 +352,7 @@ fn transfer(sorted: &SortedSystem, lowered: &Lowered, names: &TargetNames<'_>) -
         rates: unknowns.iter().map(rate).collect(),
         values: values.collect(),
         decided: decided(sorted, lowered),
+        late_reals: has_late_reals(sorted),
     }
 }
 
@@ -360,6 +361,16 @@ fn decided(sorted: &SortedSystem, lowered: &Lowered) -> Vec<u32> {
     let known = known_discrete(sorted);
     let positions = (0u32..).zip(&lowered.layout.discrete_vars);
     positions.filter(|(_, v)| known.contains(v)).map(|(k, _)| k).collect()
+}
+
+/// True if the start value of a discrete Real waits for what is found at the start.
+fn has_late_reals(sorted: &SortedSystem) -> bool {
+    let flat = &sorted.system.flat;
+    let is_real = |a: &Assignment| match a.target {
+        Target::Start(v) => flat.variables[flat.locate(v).0].kind == ValueKind::Real,
+        _ => false,
+    };
+    sorted.late_starts.iter().any(is_real)
 }
 
 fn uses_homotopy(sorted: &SortedSystem) -> bool {

@@ -76,7 +76,8 @@ fn sort_parts(system: EquationSystem, loops: Loops, notes: &mut Vec<Diagnostic>)
     let discrete = sort_discrete(&mut system, &mut algebra, &bindings.known)?;
     let (starts, late_starts) = starts(&mut system, &mut algebra, &bindings.known);
     restore_simplified(&mut system, simplified);
-    let (initial, redundant) = initial_plan(&mut system, &mut algebra, (&bindings, loops), &values, notes)?;
+    let (initial, redundant) =
+        initial_plan(&mut system, &mut algebra, (&bindings, loops), (&values, &late_starts), notes)?;
     let reinits = reinits(&mut system)?;
     let checks = checks(&system);
     let bindings = bindings.assignments;

@@ -180,8 +180,8 @@ pub struct SortedSystem {
     pub bindings: Vec<Assignment>,
     /// Start attributes (`Target::Start`), computed after the bindings.
     pub starts: Vec<Assignment>,
-    /// Start attributes of discrete variables that read parameters found at the start, computed again once these are known; `starts`
-    /// holds what their guesses give.
+    /// Start values of discrete variables that read what is found at the start, computed again with each solution of the initial system;
+    /// `starts` holds what their guesses give.
     pub late_starts: Vec<Assignment>,
     /// The system to integrate.
     pub simulation: Plan,

@@ -21,7 +21,7 @@ pub fn verify(sorted: &SortedSystem) -> Result<(), String> {
         }
         determined.insert(binding.target);
     }
-    for start in &sorted.starts {
+    for start in sorted.starts.iter().chain(&sorted.late_starts) {
         // One that says several starts is used once.
         if sorted.system.section(start.equation) == Section::Initial {
             used[start.equation] = 1;

@@ -35,7 +35,7 @@ stored! {
     Parameters { kinds, unbound, preset, limits }
     Limit { variable, element, min, max }
     Check { message, pieces, values, error, kind, file, line }
-    InitialTransfer { guess, states, rates, values, decided, checked, homotopy }
+    InitialTransfer { guess, states, rates, values, decided, late_reals, checked, homotopy }
     Checked { equation, text, start_of }
     Name { pattern, element, wrap }
     RowNames { equations, targets }

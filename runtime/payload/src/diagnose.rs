@@ -73,12 +73,12 @@ impl Instance {
     }
 
     /// The first parameter or start value that is not finite after this routine.
-    pub(crate) fn bind_failure(&mut self, routine: RoutineId) -> Option<EvalFailure> {
+    pub(crate) fn bind_failure(&mut self, routine: RoutineId, point: Point<'_>) -> Option<EvalFailure> {
         let loaded = self.loaded.clone();
         if self.memory.data.iter().all(|value| value.is_finite()) {
             return None;
         }
-        let fault = self.fault(routine, Point::NOWHERE, 0, 0);
+        let fault = self.fault(routine, point, 0, 0);
         let (index, reason) = match fault {
             Some(fault) => (Some(fault.index), fault.reason),
             None => (None, "not a number".into()),

@@ -62,7 +62,7 @@ impl Model {
         !(self.routines.simulation.closing_rows.is_empty() && self.routines.initial.closing_rows.is_empty())
     }
 
-    /// True if start values of discrete variables wait for parameters found at the start.
+    /// True if start values of discrete variables wait for what is found at the start.
     pub fn has_late_starts(&self) -> bool {
         !self.program.routines[self.routines.late_starts].kernels.is_empty()
     }
@@ -219,6 +219,8 @@ pub struct InitialTransfer {
     pub values: Vec<(Place, u32)>,
     /// Discrete variables (positions among them) that follow from what is known before the initial system is solved.
     pub decided: Vec<u32>,
+    /// The start value of a discrete Real waits for this solution.
+    pub late_reals: bool,
     /// Conditions that follow from others, checked at the start.
     pub checked: Vec<Checked>,
     /// `homotopy` occurs in the initial system.

@@ -13,7 +13,7 @@ use crate::program::{Place, RoutineId};
 pub struct Routines {
     /// Parameters and start values.
     pub bind: RoutineId,
-    /// Start values of discrete variables that wait for parameters found at the start.
+    /// Start values of discrete variables that wait for what is found at the start; after `assign` of the initial system.
     pub late_starts: RoutineId,
     /// The simulation; its further rows are the root functions.
     pub simulation: PlanRoutines,

@@ -135,15 +135,16 @@ impl Instance {
         }
     }
 
-    /// Start values of discrete variables that the parameters found at the start decide; the pass of the event iteration that
+    /// Start values of discrete variables that the solution of the initial system decides; the pass of the event iteration that
     /// follows gives the variables themselves.
     pub(crate) fn start_late(&mut self, z: &[f64]) -> Result<(), EvalFailure> {
         if !self.loaded.model.has_late_starts() {
             return Ok(());
         }
         let routine = self.loaded.model.routines.late_starts;
-        self.run(routine, Point::NOWHERE, &mut [], &mut []);
-        if let Some(failure) = self.bind_failure(routine) {
+        let point = Point { unknown: z, rate: &[] };
+        self.run(routine, point, &mut [], &mut []);
+        if let Some(failure) = self.bind_failure(routine, point) {
             return Err(failure);
         }
         self.start_pre();

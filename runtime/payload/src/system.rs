@@ -41,7 +41,7 @@ impl DaeSystem for Instance {
         self.set_time(t0, true);
         let routine = self.loaded.model.routines.bind;
         self.run(routine, Point::NOWHERE, &mut [], &mut []);
-        if let Some(failure) = self.bind_failure(routine) {
+        if let Some(failure) = self.bind_failure(routine, Point::NOWHERE) {
             return Err(failure);
         }
         self.start_discrete();
@@ -195,8 +195,8 @@ impl DaeSystem for Instance {
     }
 
     fn tangents(&mut self) -> Option<&mut dyn Tangents> {
-        // How these start values move with the parameters that the start finds is not carried along.
-        (!self.loaded.model.has_late_starts()).then_some(self)
+        // How these start values move with what the start finds is not carried along; others do not move.
+        (!self.loaded.model.initial.late_reals).then_some(self)
     }
 }
 

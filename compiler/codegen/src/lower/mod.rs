@@ -93,8 +93,10 @@ pub(crate) fn lower(sorted: &SortedSystem, jacobians: Jacobians<'_>, options: &O
     let mut program = Program { arena: sorted.system.flat.templates.arena.clone(), ..Program::default() };
     let places = layout.plan(&sorted.simulation, true);
     let initial_places = layout.plan(&sorted.initial, false);
-    let bind = bound(&mut program, sorted, &layout, ("bind", &[&sorted.bindings, &sorted.starts]))?;
-    let late_starts = bound(&mut program, sorted, &layout, ("late starts", &[&sorted.late_starts]))?;
+    let known = layout.bound();
+    let bind = bound(&mut program, sorted, (&layout, &known), ("bind", &[&sorted.bindings, &sorted.starts]))?;
+    let at_start = (&layout, &initial_places);
+    let late_starts = bound(&mut program, sorted, at_start, ("late starts", &[&sorted.late_starts]))?;
     let rooted: Vec<u32> = relations(sorted, |trigger| matches!(trigger, Trigger::State));
     let root = |&r: &u32| (sorted.relations[r as usize].root, sorted.relations[r as usize].operands);
     let truths: Vec<_> = sorted.relations.iter().map(|r| (r.truth, r.operands)).collect();
@@ -149,11 +151,10 @@ pub(crate) fn add_rows(
 fn bound(
     program: &mut Program,
     sorted: &SortedSystem,
-    layout: &Layout,
+    (layout, places): (&Layout, &PlanPlaces),
     (name, lists): (&'static str, &[&[Assignment]]),
 ) -> Result<RoutineId, String> {
-    let places = layout.bound();
-    let locate = |operand| layout.locate(sorted, &places, operand);
+    let locate = |operand| layout.locate(sorted, places, operand);
     let mut kernels = Vec::new();
     for list in lists {
         let mut batch = Batch::new(&locate);

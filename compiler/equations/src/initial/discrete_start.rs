@@ -3,7 +3,8 @@
 //! Discrete variables start at their start values, unless there are more initial conditions than continuous unknowns: then those
 //! that are not fixed are unknowns too (Modelica 3.6, section 8.6: `pre(v)` of a variable that is not fixed is an unknown of
 //! the initial system).  Such a variable keeps its value until a `when` sets it, so at the start it and its `pre` are one value.
-//! An integer or a Boolean cannot be iterated on: it is an unknown only where an initial equation says what it is.
+//! An integer or a Boolean cannot be iterated on: it is an unknown only where an initial equation says what it is.  Where another equation gives
+//! the variable at the start, its `pre` is a value of its own (`plan/discrete.rs`).
 
 use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::IndexVec;
@@ -58,7 +59,7 @@ pub(crate) fn open_discrete(system: &mut EquationSystem, unknowns: &mut Unknowns
 }
 
 /// Variables whose equation reads what they were before: those of `when`.
-fn keep_their_values(system: &EquationSystem) -> IndexVec<VarId, bool> {
+pub(crate) fn keep_their_values(system: &EquationSystem) -> IndexVec<VarId, bool> {
     let mut keeps = IndexVec::filled(false, system.roles.len());
     for eq in system.equations_in(Section::Discrete) {
         let Some(Target::Var(v)) = system.left_operand(eq).map(|operand| operand.target()) else { continue };

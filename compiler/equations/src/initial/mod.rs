@@ -9,7 +9,7 @@
 
 mod contradiction;
 mod dependent_start;
-mod discrete_start;
+pub(crate) mod discrete_start;
 mod fixed_aliases;
 mod fixed_numbers;
 pub(crate) mod homotopy;
@@ -39,7 +39,7 @@ use crate::plan::bindings::Bindings;
 use crate::plan::discrete::discrete_start_slot;
 use crate::plan::wishes::wishes;
 use crate::plan::{Kind, Loops, Mismatch, Request, build_plan};
-use crate::sorted::{Plan, Redundant};
+use crate::sorted::{Assignment, Plan, Redundant};
 use crate::start_point::StartPoint;
 use crate::system::{EqId, Equation, EquationSystem, Resolution, Role};
 
@@ -52,7 +52,7 @@ pub(crate) fn initial_plan(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
     (bindings, loops): (&Bindings, Loops),
-    values: &StartPoint,
+    (values, late_starts): (&StartPoint, &[Assignment]),
     notes: &mut Vec<Diagnostic>,
 ) -> Result<(Plan, Vec<Redundant>), Box<Diagnostic>> {
     let mut unknowns = initial_unknowns(system, bindings);
@@ -61,7 +61,10 @@ pub(crate) fn initial_plan(
     model.retain(|&eq| !bindings.used[eq] && !system.is_delay(eq));
     model.extend(&bindings.late_equations);
     let mut initial = system.equations_in(Section::Initial);
-    initial.retain(|&eq| discrete_start_slot(system, algebra, &bindings.known, eq).is_none());
+    initial.retain(|&eq| {
+        let late = late_starts.iter().any(|start| start.equation == eq);
+        !late && discrete_start_slot(system, algebra, &bindings.known, eq).is_none()
+    });
     let fixed = fixed_variables(system);
     let starts = add_start_equations(system, bindings, &fixed);
     let mut fixed: Vec<(VarId, EqId)> = fixed.into_iter().zip(starts).collect();

@@ -8,13 +8,14 @@ use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Entry, Matching, maximum_matching};
 use hyd_symbolic::{SlotId, alias};
-use hyd_system::CheckKind;
+use hyd_system::{CheckKind, ValueKind};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::{Algebra, Known, Solvability};
 use crate::alias::representative::block_of_variable;
 use crate::explain::faults::{counted, explain_parts, list_names, mark_equations, written_text};
 use crate::incidence::{Pattern, Unknowns, pattern};
+use crate::initial::discrete_start::keep_their_values;
 use crate::plan::bindings::assignment;
 use crate::plan::levels::order_by_level;
 use crate::relations::append;
@@ -112,7 +113,7 @@ fn cycle(system: &EquationSystem, targets: Vec<Target>, equations: &[EqId]) -> D
 }
 
 /// Start attributes, and initial equations that only say where a discrete variable starts (`pre(d) = 1`, `d = 1`); and those of
-/// discrete variables that wait for parameters found at the start, of which the first list has the guesses.
+/// discrete variables that wait for what is found at the start, of which the first list has the guesses.
 pub(crate) fn starts(
     system: &mut EquationSystem,
     algebra: &mut Algebra,
@@ -150,9 +151,56 @@ pub(crate) fn starts(
         start.operands = append(system, &operands);
         start.level = 1;
     }
+    late.extend(values_before(system, algebra, known, &given));
     order_by_level(&mut starts);
     order_by_level(&mut late);
     (starts, late)
+}
+
+/// Values before the start that initial equations give by what the start finds (`pre(open) = not closed`).  A start value that is not fixed
+/// is a guess, so they decide (Modelica 3.6, section 8.6).  Variables that only a `when` sets are one with their values before the start
+/// (`discrete_start`), and so are Reals.
+fn values_before(
+    system: &mut EquationSystem,
+    algebra: &mut Algebra,
+    known: &Known,
+    given: &[Target],
+) -> Vec<Assignment> {
+    let keeps = keep_their_values(system);
+    let blocks = block_of_variable(&system.flat);
+    let is_open = |system: &EquationSystem, v: VarId| {
+        let block = &system.flat.variables.raw[blocks[v] as usize];
+        let fixed = block.fixed.get((v.0 - block.first.0) as usize);
+        system.roles[v] == Role::Discrete && !keeps[v] && block.kind != ValueKind::Real && !fixed
+    };
+    let mut found: Vec<Assignment> = Vec::new();
+    for eq in system.equations_in(Section::Initial) {
+        let Some(slot) = system.left_slot(eq) else { continue };
+        let operands = system.equations[eq].operands;
+        let Target::Pre(v) = system.operands_of(operands)[slot.index()].target() else { continue };
+        let target = Target::Start(v);
+        let said = given.contains(&target) || found.iter().any(|a| a.target == target);
+        if said || !is_open(system, v) || determines_parameter(system, known, eq) {
+            continue;
+        }
+        if let Some(value) = algebra.value(system, eq, slot) {
+            found.push(Assignment { target, value, operands, equation: eq, level: 0 });
+        }
+    }
+    found
+}
+
+/// True if an initial equation may be what determines a parameter.  A Real has a part in values of other types through relations and the
+/// like only, which leave it open.
+fn determines_parameter(system: &EquationSystem, known: &Known, eq: EqId) -> bool {
+    let operands = system.operands_of(system.equations[eq].operands);
+    operands.iter().any(|&operand| match operand.target() {
+        Target::Var(v) => {
+            let kind = &system.flat.variables[system.flat.locate(v).0].kind;
+            system.roles[v] == Role::Parameter && *kind != ValueKind::Real && !known.is_known(operand)
+        }
+        _ => false,
+    })
 }
 
 /// Start values that follow from others, because an initial equation says that two values before the start are equal (`pre(a) = pre(b)`),
