@@ -115,6 +115,7 @@ impl<'t, 's> Flattener<'t, 's> {
         let noted = self.notes.discrete.clone();
         self.let_records_follow(&noted);
         self.check_discrete_time();
+        self.check_before_event();
         self.take_given_values();
         self.settle();
         let injectable = self.notes.injectable.iter().map(|&at| at as u32).collect();

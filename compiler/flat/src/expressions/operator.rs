@@ -80,11 +80,7 @@ impl BuiltinCall<'_, '_, '_> {
                     return self.flat.lower_variable(span, steps, Kind::Var, self.cx, index);
                 }
                 if variability == hyd_syntax::tree::Variability::Continuous && !self.cx.in_when {
-                    let message = format!(
-                        "`pre` of the continuous variable `{}` is allowed only inside `when`",
-                        self.flat.scopes.instances[last].name
-                    );
-                    return Err(self.flat.error(Code::Misplaced, span, message));
+                    self.flat.tables().notes.before_event.push((span, last));
                 }
                 self.flat.lower_variable(span, steps, Kind::Pre, self.cx, index)
             }

@@ -2,10 +2,11 @@
 //!
 //! Integer, Boolean and enumeration variables, and Real ones declared `discrete`, take discrete-time expressions outside
 //! `when` (Modelica 3.6, section 3.8.3): relations count, because they cause events; what stands in `noEvent` or inside
-//! functions does not.  Looked at when all equations are there, since a `when` further down makes its variables discrete.
+//! functions does not.  Looked at when all equations are there, since a `when` further down makes its variables discrete (section 4.5); so is
+//! `pre` outside of `when`, which discrete-time variables alone have there (section 3.7.5).
 //! Algorithm sections, which mix both, are not looked at.
 
-use hyd_source::{Code, Diagnostic};
+use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::{Node, NodeId, post_order};
 use hyd_system::{ValueKind, Variability};
 use rustc_hash::FxHashMap;
@@ -40,6 +41,20 @@ impl Flattener<'_, '_> {
                 reported.push(block.origin.span);
                 let diagnostic = self.no_discrete_time(block, v, fault);
                 self.report(diagnostic);
+            }
+        }
+    }
+
+    /// Reports `pre` of continuous variables outside of `when`: they have a value before an event, which nothing holds after it.
+    pub(crate) fn check_before_event(&mut self) {
+        let mut reported: Vec<Span> = Vec::new();
+        for (span, inst) in std::mem::take(&mut self.notes.before_event) {
+            let variability = self.scopes.variability(inst);
+            if variability == hyd_syntax::tree::Variability::Continuous && !reported.contains(&span) {
+                reported.push(span);
+                let name = &self.scopes.instances[inst].name;
+                let message = format!("`pre` of the continuous variable `{name}` is allowed only inside `when`");
+                let _ = self.error(Code::Misplaced, span, message);
             }
         }
     }

@@ -49,6 +49,8 @@ pub(crate) struct Notes {
     pub amplitudes: Vec<(usize, VarId)>,
     /// Texts of the equations that terms were added to.
     pub injected: Vec<(usize, Span)>,
+    /// `pre` outside of `when` of variables that no `when` has set so far.
+    pub before_event: Vec<(Span, InstId)>,
     /// Where a `when` sets a whole variable.
     pub set_in_when: FxHashMap<InstId, Span>,
     /// Functions whose names have been looked at because a call failed.
@@ -93,6 +95,7 @@ impl Notes {
             injectable,
             amplitudes,
             injected,
+            before_event,
             set_in_when,
             looked_at,
             operands,
@@ -121,6 +124,7 @@ impl Notes {
         }
         self.amplitudes.extend(amplitudes);
         self.injected.extend(injected);
+        self.before_event.extend(before_event);
         self.set_in_when.extend(set_in_when);
         self.looked_at.extend(looked_at);
         self.operands += operands;
