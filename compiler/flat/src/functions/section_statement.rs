@@ -1,9 +1,13 @@
 //! What statements of an algorithm section do to the variables of the model.
 
+use std::rc::Rc;
+
 use hyd_source::{Code, Origin, Span};
+use hyd_system::Variability;
 use hyd_typed::{Expr, Statement};
 
 use crate::model::Section;
+use crate::sections::when_condition::{StatementCondition, WhenCondition, parts_of};
 use crate::state::context::{Context, Fail};
 use crate::state::flattener::Flattener;
 
@@ -17,8 +21,11 @@ impl Flattener<'_, '_> {
     ) -> Result<(), Fail> {
         let mut conditions = Vec::new();
         for (condition, _) in branches {
-            match cx.whens.iter().find(|(span, _)| *span == condition.span) {
-                Some((_, found)) => conditions.push(found.clone()),
+            match cx.whens.iter().find(|found| found.span == condition.span).cloned() {
+                Some(found) => {
+                    self.decide(condition, &found, cx)?;
+                    conditions.push(found.conditions);
+                }
                 None => {
                     let message = "`when` is allowed only at the top of an algorithm section of a model";
                     return Err(self.error(Code::Misplaced, span, message));
@@ -37,6 +44,24 @@ impl Flattener<'_, '_> {
             self.join_contexts(condition.span, fires[k], yes, no, cx)?;
         }
         cx.in_when = before;
+        Ok(())
+    }
+
+    /// The values of the conditions of a branch here: what was assigned above has its new value, other discrete variables of the section have the
+    /// one before the event.
+    fn decide(&mut self, condition: &Expr, found: &StatementCondition, cx: &mut Context) -> Result<(), Fail> {
+        let targets = cx.algorithm_targets.iter().copied();
+        let discrete = targets.filter(|&v| self.variable_of(v).variability == Variability::Discrete).collect();
+        // Continuous variables are read as they are, also above their assignment: what they would start from there is no news.
+        let mut here = Context { algorithm_targets: Rc::new(discrete), ..cx.clone() };
+        let parts = parts_of(condition);
+        for (variable, source) in found.conditions.iter().zip(&found.sources) {
+            if let WhenCondition::Variable(first) = variable {
+                let part = parts[source.part];
+                let (left, right) = self.condition_sides((part, source.element), *first, &mut here)?;
+                cx.decided.push((left, right, part.span));
+            }
+        }
         Ok(())
     }
 

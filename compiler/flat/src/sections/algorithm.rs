@@ -3,13 +3,13 @@
 //! `algorithm v := e; ...` determines every variable it assigns: `v = node` with the node found by running the
 //! statements; values of other continuous variables stand in it as those variables.  A variable read before its first
 //! assignment has its value before the event (discrete) or its start value
-//! (Modelica 3.6, section 11.1.2).
+//! (Modelica 3.6, section 11.1.2); so it is in the conditions of `when`.
 
 use std::rc::Rc;
 
 use hyd_instance::Scope;
 use hyd_source::{Code, Origin, Span};
-use hyd_symbolic::{Node, NodeId, replace_below};
+use hyd_symbolic::{Arena, Node, NodeId, replace_below};
 use hyd_system::{ValueKind, Variability};
 use hyd_typed::{Expr, Kind as Form, Statement, StatementKind};
 use rustc_hash::FxHashMap;
@@ -17,8 +17,8 @@ use rustc_hash::FxHashMap;
 use crate::functions::statement::Flow;
 use crate::model::{PerElement, Section, VarId};
 use crate::sections::loops::Loops;
-use crate::sections::when_condition::WhenCondition;
-use crate::state::context::Fail;
+use crate::sections::when_condition::StatementCondition;
+use crate::state::context::{Context, Fail};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, Kind, SlotKey};
 use crate::state::node::Typed;
@@ -54,6 +54,7 @@ impl Flattener<'_, '_> {
             }
             flow?;
             let assigned = cx.assigned.take().unwrap_or_default();
+            flat.emit_conditions(&assigned, cx, &origin);
             let variables = if initial { FxHashMap::default() } else { flat.variables_of_values(&assigned) };
             for (v, value) in assigned {
                 let slot = flat.slots.slot(SlotKey::Variable(Kind::Var, v, Affine::constant(0)));
@@ -74,23 +75,31 @@ impl Flattener<'_, '_> {
         });
     }
 
+    /// The equations of the conditions of `when` statements.  Where one reads what the section ends with, it reads the variable.
+    fn emit_conditions(&mut self, assigned: &[(VarId, Typed)], cx: &Context, section: &Origin) {
+        let mut variables: FxHashMap<NodeId, NodeId> = FxHashMap::default();
+        if !cx.decided.is_empty() {
+            for (v, value) in assigned {
+                if is_operation(&self.model.templates.arena, value.node) {
+                    let slot = self.slots.slot(SlotKey::Variable(Kind::Var, *v, Affine::constant(0)));
+                    variables.entry(value.node).or_insert_with(|| self.model.templates.arena.slot(slot));
+                }
+            }
+        }
+        for (left, right, span) in &cx.decided {
+            let known = variables.get(right).copied();
+            let right = known.unwrap_or_else(|| replace_below(&mut self.model.templates.arena, *right, &variables));
+            let origin = Origin { span: *span, ..section.clone() };
+            self.emit(Section::Discrete, *left, right, &cx.loop_counts(), &origin);
+        }
+    }
+
     /// The continuous variables that values are of: the others use the variable, so that a recurrence over n variables does not become
     /// expressions of n operations.
     fn variables_of_values(&mut self, assigned: &[(VarId, Typed)]) -> FxHashMap<NodeId, NodeId> {
         let mut known = FxHashMap::default();
         for (v, value) in assigned {
-            let operation = matches!(
-                self.model.templates.arena.node(value.node),
-                Node::Neg(_)
-                    | Node::Add(..)
-                    | Node::Sub(..)
-                    | Node::Mul(..)
-                    | Node::Div(..)
-                    | Node::If(..)
-                    | Node::Call1(..)
-                    | Node::Call2(..)
-                    | Node::Apply(..)
-            );
+            let operation = is_operation(&self.model.templates.arena, value.node);
             let variable = self.variable_of(*v);
             let real = (variable.variability, &variable.kind) == (Variability::Continuous, &ValueKind::Real);
             if operation && real {
@@ -102,18 +111,13 @@ impl Flattener<'_, '_> {
     }
 
     /// Discrete Booleans for the conditions of all `when` statements of the section.
-    fn when_conditions(
-        &mut self,
-        statements: &[Statement],
-        scope: Scope,
-        whens: &mut Vec<(Span, Vec<WhenCondition>)>,
-    ) -> bool {
+    fn when_conditions(&mut self, statements: &[Statement], scope: Scope, whens: &mut Vec<StatementCondition>) -> bool {
         for statement in statements {
             if let StatementKind::When(branches) = &statement.kind {
                 let number = self.next_when();
                 for (k, (condition, _)) in branches.iter().enumerate() {
-                    match self.conditions(condition, number, k, scope, &Loops::default()) {
-                        Some(found) => whens.push((condition.span, found)),
+                    match self.condition_variables(condition, number, k, scope, &Loops::default()) {
+                        Some(found) => whens.push(found),
                         None => return false,
                     }
                 }
@@ -181,4 +185,25 @@ impl Flattener<'_, '_> {
             None => self.scopes.instances[inst].children.iter().flat_map(|&c| self.variables_below(c)).collect(),
         }
     }
+}
+
+/// True for values of some work, and relations.
+fn is_operation(arena: &Arena, value: NodeId) -> bool {
+    matches!(
+        arena.node(value),
+        Node::Neg(_)
+            | Node::Add(..)
+            | Node::Sub(..)
+            | Node::Mul(..)
+            | Node::Div(..)
+            | Node::Not(_)
+            | Node::And(..)
+            | Node::Or(..)
+            | Node::Compare(..)
+            | Node::Event(..)
+            | Node::If(..)
+            | Node::Call1(..)
+            | Node::Call2(..)
+            | Node::Apply(..)
+    )
 }

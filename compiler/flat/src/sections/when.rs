@@ -6,11 +6,13 @@
 
 use hyd_instance::{Builtin, ScalarType, Scope};
 use hyd_source::{Code, Origin};
+use hyd_symbolic::NodeId;
 use hyd_typed::{Base, Equation, Expr, Kind as Form};
 
 use crate::model::{Section, VarId};
 use crate::sections::loops::Loops;
-use crate::sections::when_condition::WhenCondition;
+use crate::sections::when_condition::{Source, StatementCondition, WhenCondition, parts_of};
+use crate::state::context::{Context, Fail};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, Kind};
 
@@ -69,8 +71,8 @@ impl Flattener<'_, '_> {
         self.clock_around = before;
     }
 
-    /// The conditions of one branch as discrete Booleans (`{a, b}`, or a vector of two, gives two).
-    pub(crate) fn conditions(
+    /// The conditions of one branch as discrete Booleans (`{a, b}`, or a vector of two, gives two), with their equations.
+    fn conditions(
         &mut self,
         expr: &Expr,
         number: u32,
@@ -78,38 +80,50 @@ impl Flattener<'_, '_> {
         scope: Scope,
         loops: &Loops<'_>,
     ) -> Option<Vec<WhenCondition>> {
-        let parts: Vec<&Expr> = match &expr.kind {
-            Form::Array(items) => items.iter().collect(),
-            _ => vec![expr],
-        };
-        let mut result = Vec::new();
-        for part in parts {
-            if is_clock(part) {
-                let message = "clocks in algorithm sections are outside the language profile";
-                let _ = self.error(Code::OutsideProfile, part.span, message);
+        let found = self.condition_variables(expr, number, branch, scope, loops)?;
+        let parts = parts_of(expr);
+        for (condition, source) in found.conditions.iter().zip(&found.sources) {
+            if let WhenCondition::Variable(first) = condition
+                && !self.condition_equation((parts[source.part], source.element), *first, scope, loops)
+            {
                 return None;
             }
-            if matches!(part.kind, Form::Builtin(Builtin::Initial, _)) {
-                result.push(WhenCondition::Initial);
+        }
+        Some(found.conditions)
+    }
+
+    /// The variables of the conditions of one branch; what they are equal to is the matter of who asks for them.
+    pub(crate) fn condition_variables(
+        &mut self,
+        expr: &Expr,
+        number: u32,
+        branch: usize,
+        scope: Scope,
+        loops: &Loops<'_>,
+    ) -> Option<StatementCondition> {
+        let (mut conditions, mut sources) = (Vec::new(), Vec::new());
+        for (part, expr) in parts_of(expr).into_iter().enumerate() {
+            if is_clock(expr) {
+                let message = "clocks in algorithm sections are outside the language profile";
+                let _ = self.error(Code::OutsideProfile, expr.span, message);
+                return None;
+            }
+            if matches!(expr.kind, Form::Builtin(Builtin::Initial, _)) {
+                conditions.push(WhenCondition::Initial);
+                sources.push(Source { part, element: None });
                 continue;
             }
-            let Some(size) = self.size_of_condition(part, scope, loops) else {
-                result.push(WhenCondition::Variable(self.condition_variable(
-                    (part, None),
-                    number,
-                    (branch, result.len()),
-                    scope,
-                    loops,
-                )?));
-                continue;
+            let elements = match self.size_of_condition(expr, scope, loops) {
+                Some(size) => (0..size).map(Some).collect(),
+                None => vec![None],
             };
-            for element in 0..size {
-                let place = (branch, result.len());
-                let one = self.condition_variable((part, Some(element)), number, place, scope, loops)?;
-                result.push(WhenCondition::Variable(one));
+            for element in elements {
+                let name = format!("$when{number}.{}.{}", branch + 1, conditions.len() + 1);
+                conditions.push(WhenCondition::Variable(self.condition_variable(expr, name, scope, loops)?));
+                sources.push(Source { part, element });
             }
         }
-        Some(result)
+        Some(StatementCondition { span: expr.span, conditions, sources })
     }
 
     /// The size of a condition that is a vector.
@@ -127,15 +141,8 @@ impl Flattener<'_, '_> {
         }
     }
 
-    /// `$when1.1.1 = condition`, one per element of the loops around.
-    fn condition_variable(
-        &mut self,
-        (expr, element): (&Expr, Option<usize>),
-        number: u32,
-        part: (usize, usize),
-        scope: Scope,
-        loops: &Loops<'_>,
-    ) -> Option<VarId> {
+    /// The variable of a condition, one per element of the loops around.
+    fn condition_variable(&mut self, expr: &Expr, name: String, scope: Scope, loops: &Loops<'_>) -> Option<VarId> {
         let origin = Origin { path: self.path(scope.inst), span: expr.span };
         let mut probe = self.context_of(scope);
         // The loops decide how many conditions there are; their sizes do not depend on counters.
@@ -148,19 +155,39 @@ impl Flattener<'_, '_> {
                 return None;
             }
         };
-        let name = format!("$when{number}.{}.{}", part.0 + 1, part.1 + 1);
-        let first = self.made_boolean(name, &sizes, origin.clone());
+        Some(self.made_boolean(name, &sizes, origin))
+    }
+
+    /// `$when1.1.1 = condition`; false if the condition has no meaning, which has been said.
+    fn condition_equation(
+        &mut self,
+        (expr, element): (&Expr, Option<usize>),
+        first: VarId,
+        scope: Scope,
+        loops: &Loops<'_>,
+    ) -> bool {
+        let origin = Origin { path: self.path(scope.inst), span: expr.span };
         let start = self.context_of(scope);
         let before = self.scopes.table.messages.count();
         self.with_loops(start, &mut |flat, cx| {
             flat.enter_all(cx, loops)?;
-            let index: Vec<Affine> = element.iter().map(|&k| Affine::constant(k as i64)).collect();
-            let value = flat.lower(expr, cx, &index)?;
-            flat.want_boolean(expr.span, "the condition of a `when`", &value)?;
-            let left = flat.condition_slot(first, cx, Kind::Var)?;
-            flat.emit(Section::Discrete, left, value.node, &cx.loop_counts(), &origin);
+            let (left, right) = flat.condition_sides((expr, element), first, cx)?;
+            flat.emit(Section::Discrete, left, right, &cx.loop_counts(), &origin);
             Ok(())
         });
-        (self.scopes.table.messages.count() == before).then_some(first)
+        self.scopes.table.messages.count() == before
+    }
+
+    /// The variable of a condition and its value.
+    pub(crate) fn condition_sides(
+        &mut self,
+        (expr, element): (&Expr, Option<usize>),
+        first: VarId,
+        cx: &mut Context,
+    ) -> Result<(NodeId, NodeId), Fail> {
+        let index: Vec<Affine> = element.iter().map(|&k| Affine::constant(k as i64)).collect();
+        let value = self.lower(expr, cx, &index)?;
+        self.want_boolean(expr.span, "the condition of a `when`", &value)?;
+        Ok((self.condition_slot(first, cx, Kind::Var)?, value.node))
     }
 }

@@ -1,9 +1,9 @@
 //! Conditions of `when` as discrete Booleans, and when a branch fires.
 
-use hyd_source::{Code, Diagnostic};
+use hyd_source::{Code, Diagnostic, Span};
 use hyd_symbolic::{Node, NodeId};
 use hyd_syntax::tree::Variability;
-use hyd_typed::Expr;
+use hyd_typed::{Expr, Kind as Form};
 
 use crate::model::VarId;
 use crate::state::context::{Context, Fail};
@@ -17,6 +17,32 @@ pub(crate) enum WhenCondition {
     Initial,
     /// A discrete Boolean, one per element of the loops.
     Variable(VarId),
+}
+
+/// The conditions of a branch of a `when` statement.
+#[derive(Clone, Debug)]
+pub(crate) struct StatementCondition {
+    /// Where the branch says them.
+    pub span: Span,
+    /// The variables that hold them.
+    pub conditions: Vec<WhenCondition>,
+    /// Where their values come from.
+    pub sources: Vec<Source>,
+}
+
+/// Where the value of a condition comes from: one of several in braces, an element of a vector.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source {
+    pub part: usize,
+    pub element: Option<usize>,
+}
+
+/// The parts of a condition.
+pub(crate) fn parts_of(expr: &Expr) -> Vec<&Expr> {
+    match &expr.kind {
+        Form::Array(items) => items.iter().collect(),
+        _ => vec![expr],
+    }
 }
 
 impl Flattener<'_, '_> {

@@ -10,7 +10,7 @@ use hyd_typed::{Base, Expr, Function, RecordType, Type};
 use rustc_hash::FxHashSet;
 
 use crate::model::VarId;
-use crate::sections::when_condition::WhenCondition;
+use crate::sections::when_condition::StatementCondition;
 use crate::state::index::{Affine, CounterId, Cut, Window};
 use crate::state::node::Typed;
 
@@ -123,8 +123,10 @@ pub(crate) struct Context {
     pub algorithm_targets: Rc<FxHashSet<VarId>>,
     /// In a branch, or in an algorithm section of a model: this place is reached; `None` where it always is.
     pub holds: Option<NodeId>,
-    /// Conditions of the `when` statements of the section, by place in the text.
-    pub whens: Vec<(Span, Vec<WhenCondition>)>,
+    /// Conditions of the `when` statements of the section.
+    pub whens: Vec<StatementCondition>,
+    /// Their values where they stand among the statements; filled as the section is run.
+    pub decided: Vec<(NodeId, NodeId, Span)>,
     /// In a function: its inputs.
     pub inputs: Vec<Name>,
     /// Nesting of function calls.
@@ -164,6 +166,7 @@ impl Context {
             algorithm_targets: Rc::default(),
             holds: None,
             whens: Vec::new(),
+            decided: Vec::new(),
             inputs: Vec::new(),
             depth: 0,
             called_from: None,
