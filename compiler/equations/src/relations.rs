@@ -4,12 +4,16 @@
 //! its truth changes (Modelica 3.6, section 8.5).  Equal relations over equal operands share one entry.  Relations that
 //! only events can change, that compare for equality, or that stand where no event is made (bindings, starts, initial
 //! equations, assertions) are evaluated literally.  A relation between time and values fixed between events is a time event.
+//!
+//! What is evaluated at events only, as the equations of a `when`, has literal relations that cause no events (section 8.5).  Where one of
+//! them is known as a cause of events elsewhere, as the condition of that `when`, it has the truth that is held: at the crossing
+//! itself a comparison would be a matter of rounding.  So would one with the time, which therefore stays a time event.
 
 use hyd_flat::{Operand, Section, Target};
 use hyd_index::TypedIndex;
 use hyd_symbolic::{
     Node, NodeId, Relation, SlotId, Template, TemplateId, Templates, canonical, contains_event, contains_initial,
-    contains_time, partial_time, post_order, rewrite, slots, solve_for,
+    contains_time, partial_time, post_order, replace_below, rewrite, slots, solve_for,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -22,6 +26,9 @@ pub fn extract_relations(mut system: EquationSystem) -> (EquationSystem, Vec<Eve
     let mut pass = Pass::default();
     for eq in system.equations.indices() {
         pass.equation(&mut system, eq);
+    }
+    for eq in system.equations.indices() {
+        pass.at_events(&mut system, eq);
     }
     (system, pass.relations)
 }
@@ -57,6 +64,8 @@ struct Pass {
     relations: Vec<EventRelation>,
     events: FxHashMap<TemplateId, Vec<EventNode>>,
     rewritten: FxHashMap<(TemplateId, Vec<bool>), Rewritten>,
+    /// Literal relations of templates, as causes of events.
+    literals: FxHashMap<TemplateId, Vec<(NodeId, Extracted)>>,
     known: FxHashMap<(NodeId, Vec<Operand>), u32>,
 }
 
@@ -91,6 +100,44 @@ impl Pass {
         system.equations[eq].template = template;
         system.equations[eq].operands =
             if extracted.is_empty() { equation.operands } else { append(system, &operands) };
+    }
+
+    /// Held truths in the place of the literal relations of what is evaluated at events only.
+    fn at_events(&mut self, system: &mut EquationSystem, eq: EqId) {
+        let section = system.section(eq);
+        if !matches!(section, Section::Discrete | Section::Reinit | Section::AssertOnce(_) | Section::Terminate(_)) {
+            return;
+        }
+        let equation = system.equations[eq];
+        let templates = &mut system.flat.templates;
+        let literals = self.literals.entry(equation.template).or_insert_with(|| literals(templates, equation.template));
+        if literals.is_empty() {
+            return;
+        }
+        let mut operands = operands_of(system, equation.operands);
+        let mut replaced: FxHashMap<NodeId, NodeId> = FxHashMap::default();
+        for (node, relation) in literals.clone() {
+            let own: Vec<Operand> = relation.slots.iter().map(|slot| operands[slot.index()]).collect();
+            let timed = relation.timed.is_some() && own.iter().all(|&operand| is_fixed_between_events(system, operand));
+            if timed || self.known.contains_key(&(relation.truth, own)) {
+                let index = self.enter(system, eq, &relation, &operands);
+                replaced.insert(node, system.flat.templates.arena.slot(SlotId::new(operands.len())));
+                operands.push(Operand::new(Target::Held(index)));
+            }
+        }
+        if replaced.is_empty() {
+            return;
+        }
+        let templates = &mut system.flat.templates;
+        let Template { left, right, .. } = templates.get(equation.template);
+        let mut side = |root: NodeId| match replaced.get(&root) {
+            Some(&held) => held,
+            None => replace_below(&mut templates.arena, root, &replaced),
+        };
+        let (left, right) = (side(left), side(right));
+        let template = templates.intern(Template { left, right, arity: operands.len() as u32 });
+        system.equations[eq].template = template;
+        system.equations[eq].operands = append(system, &operands);
     }
 
     /// The index of a relation with the given operands of its equation.
@@ -160,6 +207,19 @@ fn event_nodes(templates: &Templates, template: TemplateId) -> Vec<EventNode> {
             let (slots, time) = reads_outside_events(templates, a, b);
             let equality = matches!(relation, Relation::Equal | Relation::NotEqual);
             found.push(EventNode { node, slots, time, equality });
+        }
+    }
+    found
+}
+
+/// The literal relations of a template with what they would be as causes of events.
+fn literals(templates: &mut Templates, template: TemplateId) -> Vec<(NodeId, Extracted)> {
+    let Template { left, right, .. } = templates.get(template);
+    let mut found = Vec::new();
+    for node in post_order(&templates.arena, &[left, right]) {
+        let Node::Compare(relation, ..) = templates.arena.node(node) else { continue };
+        if !matches!(relation, Relation::Equal | Relation::NotEqual) {
+            found.push((node, extract(templates, node)));
         }
     }
     found

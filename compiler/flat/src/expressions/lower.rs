@@ -219,7 +219,8 @@ impl Flattener<'_, '_> {
         }
         let discrete = !matches!(x.scalar, ScalarType::Real) && !matches!(y.scalar, ScalarType::Real);
         let arena = &mut self.model.templates.arena;
-        let literal = cx.no_event || discrete || matches!(relation, Relation::Equal | Relation::NotEqual);
+        let quiet = cx.no_event || cx.in_when;
+        let literal = quiet || discrete || matches!(relation, Relation::Equal | Relation::NotEqual);
         let node =
             if literal { arena.compare(relation, x.node, y.node) } else { arena.event(relation, x.node, y.node) };
         Ok(Typed::boolean(node))

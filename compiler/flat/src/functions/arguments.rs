@@ -24,7 +24,7 @@ impl Context {
     /// The surroundings of the text of a function that is called from here, without names.
     pub(crate) fn inside(&self, function: &Function) -> Context {
         let mut inner = Context {
-            no_event: self.no_event || !function.generates_events(),
+            no_event: self.no_event || self.in_when || !function.generates_events(),
             depth: self.depth + 1,
             ..Context::new(Scope { inst: function.inst, frame: 0 })
         };
