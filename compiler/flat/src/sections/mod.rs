@@ -11,3 +11,4 @@ pub(crate) mod sides;
 pub(crate) mod when;
 pub(crate) mod when_body;
 pub(crate) mod when_condition;
+pub(crate) mod when_elements;

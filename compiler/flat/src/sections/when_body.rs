@@ -18,42 +18,42 @@ use crate::state::node::Typed;
 
 /// A condition around a part: the condition of its branch holds and none before it.
 #[derive(Clone)]
-struct Guard<'e> {
-    earlier: Vec<&'e Expr>,
-    own: Option<&'e Expr>,
+pub(super) struct Guard<'e> {
+    pub(super) earlier: Vec<&'e Expr>,
+    pub(super) own: Option<&'e Expr>,
 }
 
 /// An equation inside a `when` and what is around it there.
 #[derive(Clone)]
-struct Part<'e> {
-    equation: &'e Equation,
-    branch: usize,
-    loops: Vec<&'e Iterator>,
-    guards: Vec<Guard<'e>>,
+pub(super) struct Part<'e> {
+    pub(super) equation: &'e Equation,
+    pub(super) branch: usize,
+    pub(super) loops: Vec<&'e Iterator>,
+    pub(super) guards: Vec<Guard<'e>>,
 }
 
 /// What a part gives a variable: an expression, or one of several outputs of a call.
-struct Given<'e> {
-    branch: usize,
-    guards: Vec<Guard<'e>>,
-    value: (&'e Expr, Option<usize>),
+pub(super) struct Given<'e> {
+    pub(super) branch: usize,
+    pub(super) guards: Vec<Guard<'e>>,
+    pub(super) value: (&'e Expr, Option<usize>),
 }
 
 /// A variable set in one or several parts.
-struct Target<'e> {
-    left: &'e Expr,
-    variable: &'e Variable,
-    loops: Vec<&'e Iterator>,
-    values: Vec<Given<'e>>,
-    span: Span,
+pub(super) struct Target<'e> {
+    pub(super) left: &'e Expr,
+    pub(super) variable: &'e Variable,
+    pub(super) loops: Vec<&'e Iterator>,
+    pub(super) values: Vec<Given<'e>>,
+    pub(super) span: Span,
 }
 
 /// The `when` that parts belong to.
 #[derive(Clone, Copy)]
-struct Whole<'w> {
-    conditions: &'w [Vec<WhenCondition>],
-    scope: Scope,
-    loops: &'w Loops<'w>,
+pub(super) struct Whole<'w> {
+    pub(super) conditions: &'w [Vec<WhenCondition>],
+    pub(super) scope: Scope,
+    pub(super) loops: &'w Loops<'w>,
 }
 
 impl Flattener<'_, '_> {
@@ -76,9 +76,12 @@ impl Flattener<'_, '_> {
         for part in &parts {
             self.when_action(part, whole);
         }
-        for target in self.when_targets(&parts) {
+        let targets = self.when_targets(&parts);
+        let (mixed, plain) = self.sharing_elements(targets, scope);
+        for target in plain {
             self.when_assignment(&target, whole);
         }
+        self.when_elements(&mixed, whole);
     }
 
     /// The equations below `for` and `if`.
@@ -143,7 +146,10 @@ impl Flattener<'_, '_> {
         if branches.iter().all(|(c, _)| c.is_some()) {
             sets.push(Vec::new());
         }
-        if !known && let Some(other) = sets.iter().find(|set| **set != sets[0]) {
+        if !known
+            && let Some(other) = sets.iter().find(|set| **set != sets[0])
+            && !self.sets_same_elements(branches, scope)
+        {
             let lacking = sets[0].iter().find(|name| !other.contains(name));
             let name = lacking.or_else(|| other.iter().find(|name| !sets[0].contains(name)));
             let name = name.map_or("", String::as_str);
@@ -161,7 +167,7 @@ impl Flattener<'_, '_> {
     }
 
     /// A part begins: the loops outside the `when`, which of its branches fires, the loops inside.
-    fn enter_part(
+    pub(super) fn enter_part(
         &mut self,
         cx: &mut Context,
         whole: Whole<'_>,
@@ -318,6 +324,26 @@ impl Flattener<'_, '_> {
         }
     }
 
+    /// `right`, or what is given where that acts.
+    pub(super) fn when_given(
+        &mut self,
+        given: &Given<'_>,
+        (target, left): (&Expr, &Typed),
+        (fires, right): (&[NodeId], NodeId),
+        cx: &mut Context,
+        index: &[Affine],
+    ) -> Result<NodeId, Fail> {
+        let value = self.when_value(given.value, cx, index)?;
+        let fits = value.scalar == left.scalar || value.is_number() && matches!(left.scalar, ScalarType::Real);
+        if !fits {
+            let (name, is, given_is) = (printed(target), &left.scalar, &value.scalar);
+            let message = format!("`{name}` is {}, but the value is {}", is.name(), given_is.name());
+            return Err(self.error(Code::TypeMismatch, given.value.0.span, message));
+        }
+        let acts = self.guarded(fires[given.branch], &given.guards, cx)?;
+        Ok(self.model.templates.arena.select(acts, value.node, right))
+    }
+
     fn when_assignment(&mut self, target: &Target<'_>, whole: Whole<'_>) {
         let last = target.variable.last();
         if target.variable.is_whole() && self.set_before(last, target) {
@@ -343,15 +369,7 @@ impl Flattener<'_, '_> {
             let pre = flat.slots.slot(SlotKey::Variable(Kind::Pre, first, offset));
             let mut right = flat.model.templates.arena.slot(pre);
             for given in target.values.iter().rev() {
-                let value = flat.when_value(given.value, cx, &index)?;
-                let fits = value.scalar == left.scalar || value.is_number() && matches!(left.scalar, ScalarType::Real);
-                if !fits {
-                    let (name, is, given_is) = (printed(target.left), &left.scalar, &value.scalar);
-                    let message = format!("`{name}` is {}, but the value is {}", is.name(), given_is.name());
-                    return Err(flat.error(Code::TypeMismatch, given.value.0.span, message));
-                }
-                let acts = flat.guarded(fires[given.branch], &given.guards, cx)?;
-                right = flat.model.templates.arena.select(acts, value.node, right);
+                right = flat.when_given(given, (target.left, &left), (&fires, right), cx, &index)?;
             }
             flat.emit(Section::Discrete, left.node, right, &cx.loop_counts(), &origin);
             Ok(())
@@ -373,7 +391,7 @@ impl Flattener<'_, '_> {
     }
 
     /// Only one `when` may set a variable: reports the second.
-    fn set_before(&mut self, inst: InstId, target: &Target<'_>) -> bool {
+    pub(super) fn set_before(&mut self, inst: InstId, target: &Target<'_>) -> bool {
         let known = self.all_notes().find_map(|notes| notes.set_in_when.get(&inst).copied());
         self.tables().notes.set_in_when.insert(inst, target.span);
         let Some(first) = known else { return false };
