@@ -4,7 +4,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use hyd_system::{EquationInfo, EvalFailure, Reading, RootInfo, ValueKind, math, significant};
+use hyd_system::{Contradicted, EquationInfo, EvalFailure, Reading, RootInfo, ValueKind, math, significant};
 
 use crate::Jump;
 use crate::error::{Cause, Near, Place, SolveError, Stage, StartAdvice, StepReport};
@@ -21,14 +21,8 @@ impl Display for SolveError {
                 equation.as_deref().map_or(Ok(()), |equation| line_of(f, equation))?;
                 reads_lines(f, failure)?;
                 match (&failure.variable, failure.contradicts, stage) {
-                    (Some(variable), true, Stage::Start) => hint(
-                        f,
-                        &format!(
-                            "drop `fixed = true` of `{variable}` or of a start that it follows from, or give values that agree"
-                        ),
-                    ),
-                    (None, true, Stage::Start) => {
-                        hint(f, "drop this initial equation, or one of the conditions that it follows from")
+                    (variable, Some(against), Stage::Start) => {
+                        hint(f, &contradiction_hint(variable.as_deref(), against))
                     }
                     _ if failure.reads.is_empty() => Ok(()),
                     _ => domain_hint(f, Some(failure)),
@@ -212,11 +206,47 @@ impl SolveError {
     /// True where a variable grows without bound, as it does where something has the wrong sign.
     pub fn grows(&self) -> bool {
         match self {
-            SolveError::StepTooSmall(report) => report.place.variable.is_some() && growth(&report.place).is_some(),
+            SolveError::StepTooSmall(report) => {
+                report.place.variable.is_some() && (growth(&report.place).is_some() || is_growing(&report.place))
+            }
             SolveError::NotFinite(report) => grown(&report.place).is_some(),
             _ => false,
         }
     }
+}
+
+/// Which condition at the start may go.
+fn contradiction_hint(variable: Option<&str>, against: Contradicted) -> String {
+    match (variable, against) {
+        (Some(variable), Contradicted::Model) => {
+            format!("drop `fixed = true` of `{variable}`, whose value at the start follows from the equations alone")
+        }
+        (Some(_), Contradicted::Named) => {
+            "drop one of these conditions (`fixed = true`), or give values that agree".to_string()
+        }
+        (Some(variable), Contradicted::Others) => {
+            format!("drop `fixed = true` of `{variable}` or of a start that it follows from, or give values that agree")
+        }
+        (None, Contradicted::Model) => {
+            "no start value can make it true, because nothing that may be chosen at the start enters \
+                                        it: give a variable a start value instead, or change the model"
+                .to_string()
+        }
+        (None, Contradicted::Named) => "drop one of these conditions".to_string(),
+        (None, Contradicted::Others) => {
+            "drop this initial equation, or one of the conditions that it follows from".to_string()
+        }
+    }
+}
+
+/// A motion grows without bound where its time constant is less than this part of the run.
+const FAST_GROWTH: f64 = 1e-4;
+
+/// True where the equations near the last point drive a motion away faster than the run could show.
+fn is_growing(place: &Place) -> bool {
+    let Some(near) = place.near.as_deref() else { return false };
+    let grows = |(re, im): (f64, f64)| re > im && re * near.span * FAST_GROWTH > 1.0;
+    near.mode.as_ref().is_some_and(|mode| grows(mode.eigenvalue))
 }
 
 /// A variable that exceeds its value at the start, or 1, by this factor grows without bound.

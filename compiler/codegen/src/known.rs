@@ -4,8 +4,10 @@
 //! other without any unknown of the initial system comes first in it: `n = if time >= 0 then 2 else 3` has its value when `der(x) = -x/n` is
 //! evaluated for the first time.  Found from below, so what stands in a loop is not among them.
 
-use hyd_equations::{Assignment, OperandRange, Role, SortedSystem};
+use hyd_equations::{Assignment, Role, SortedSystem};
 use hyd_flat::{Operand, Target, VarId};
+use hyd_index::TypedIndex;
+use hyd_symbolic::slots;
 use rustc_hash::FxHashSet;
 
 /// These variables, of those that discrete equations determine.
@@ -22,11 +24,19 @@ pub(crate) fn known_discrete(sorted: &SortedSystem) -> FxHashSet<VarId> {
     let mut assignments: Vec<&Assignment> = plan.assignments.iter().collect();
     // What the initial system determines is known with its solution.
     let mut discrete: Vec<&Assignment> = sorted.discrete.iter().filter(|a| !search.open.contains(&a.target)).collect();
+    // The operands of an assignment are those of its equation, the variable on the left among them.
+    let arena = &sorted.system.flat.templates.arena;
+    let read = |a: &Assignment| {
+        let operands = sorted.system.operands_of(a.operands);
+        slots(arena, &[a.value]).into_iter().map(|slot| operands[slot.index()]).collect()
+    };
     loop {
         let before = search.known.len();
-        search.take(&mut assignments, |a| (a.target, a.operands));
-        search.take(&mut relations, |&k| (Target::Held(k), sorted.relations[k as usize].operands));
-        search.take(&mut discrete, |a| (a.target, a.operands));
+        search.take(&mut assignments, |a| (a.target, read(a)));
+        search.take(&mut relations, |&k| {
+            (Target::Held(k), sorted.system.operands_of(sorted.relations[k as usize].operands).to_vec())
+        });
+        search.take(&mut discrete, |a| (a.target, read(a)));
         if search.known.len() == before {
             break;
         }
@@ -47,10 +57,9 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// Moves what reads known values only from a list to what is known.
-    fn take<T>(&mut self, list: &mut Vec<T>, what: impl Fn(&T) -> (Target, OperandRange)) {
+    fn take<T>(&mut self, list: &mut Vec<T>, what: impl Fn(&T) -> (Target, Vec<Operand>)) {
         list.retain(|item| {
             let (target, operands) = what(item);
-            let operands = self.sorted.system.operands_of(operands);
             let follows = operands.iter().all(|operand| self.is_known(*operand));
             if follows {
                 self.known.insert(target);

@@ -343,6 +343,7 @@ fn transfer(sorted: &SortedSystem, lowered: &Lowered, names: &TargetNames<'_>) -
         equation: sorted.system.equations[r.left.equation].block,
         text: equation_text(&sorted.system, r.left.equation).into(),
         start_of: r.start_of.map(|v| names.variable(v, Wrap::Value)),
+        others: r.others.as_ref().map(|others| others.iter().map(|own| own.as_str().into()).collect()),
     };
     InitialTransfer {
         homotopy: uses_homotopy(sorted),

@@ -13,8 +13,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::algebra::Algebra;
 use crate::explain::faults::{
-    counted, explain_parts, list_names, made_equations, mark_equations, mark_variables, name_components, smallest_over,
-    variable_of,
+    counted, explain_parts, is_made, list_names, made_equations, mark_equations, mark_variables, name_components,
+    smallest_over, variable_of, written_text,
 };
 use crate::explain::held_states::{held_message, held_states};
 use crate::explain::prescribed::prescribed_twice;
@@ -153,12 +153,25 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
         Some(said) => format!("{message}: {said}"),
         None => message,
     };
-    let diagnostic = match the_only_fault(system, needed.abs_diff(written), written) {
+    let only_fault = the_only_fault(system, needed.abs_diff(written), written);
+    let diagnostic = match only_fault.or_else(|| written_twice(system, pattern, matching)) {
         Some(said) => Diagnostic::error(code, said).help(message),
         None => Diagnostic::error(code, message),
     };
     let diagnostic = name_components(diagnostic, system);
     explain_parts(diagnostic, system, pattern, &by_value, matching)
+}
+
+/// An equation that is left over because another one says the same, word by word.
+fn written_twice(system: &EquationSystem, pattern: &Pattern, matching: &Matching) -> Option<String> {
+    let is_written = |eq: &EqId| !is_made(system, *eq);
+    let left_over = matching.unmatched_rows().map(|row| pattern.rows[row.index()]).find(is_written)?;
+    let text = written_text(system, left_over);
+    let alike = pattern.rows.iter().filter(|eq| is_written(eq) && written_text(system, **eq) == text).count();
+    (alike > 1).then(|| match alike {
+        2 => format!("`{text}` is written twice: one of them may be meant for other variables"),
+        many => format!("`{text}` is written {many} times: all but one may be meant for other variables"),
+    })
 }
 
 /// The message for inputs that nothing feeds.

@@ -5,9 +5,9 @@
 //! only events can change, that compare for equality, or that stand where no event is made (bindings, starts, initial
 //! equations, assertions) are evaluated literally.  A relation between time and values fixed between events is a time event.
 //!
-//! What is evaluated at events only, as the equations of a `when`, has literal relations that cause no events (section 8.5).  Where one of
-//! them is known as a cause of events elsewhere, as the condition of that `when`, it has the truth that is held: at the crossing
-//! itself a comparison would be a matter of rounding.  So would one with the time, which therefore stays a time event.
+//! Discrete equations, among them those of a `when`, are evaluated at events only, and have literal relations that cause none (section 8.5).
+//! Where one of these is known as a cause of events elsewhere, as the condition of a `when`, it has the truth that is held: at the
+//! crossing itself a comparison would be a matter of rounding.
 
 use hyd_flat::{Operand, Section, Target};
 use hyd_index::TypedIndex;
@@ -118,8 +118,7 @@ impl Pass {
         let mut replaced: FxHashMap<NodeId, NodeId> = FxHashMap::default();
         for (node, relation) in literals.clone() {
             let own: Vec<Operand> = relation.slots.iter().map(|slot| operands[slot.index()]).collect();
-            let timed = relation.timed.is_some() && own.iter().all(|&operand| is_fixed_between_events(system, operand));
-            if timed || self.known.contains_key(&(relation.truth, own)) {
+            if self.known.contains_key(&(relation.truth, own)) {
                 let index = self.enter(system, eq, &relation, &operands);
                 replaced.insert(node, system.flat.templates.arena.slot(SlotId::new(operands.len())));
                 operands.push(Operand::new(Target::Held(index)));

@@ -161,7 +161,7 @@ pub struct Check {
 }
 
 /// An initial condition that follows from others: an equation whose sides must agree.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Redundant {
     /// Left side.
     pub left: Residual,
@@ -169,6 +169,8 @@ pub struct Redundant {
     pub right: Residual,
     /// The variable whose fixed start value this is, if it is not an equation of the text.
     pub start_of: Option<VarId>,
+    /// The conditions that it follows from, in words; empty where it follows from the equations of the model alone, and none where that is not known.
+    pub others: Option<Vec<String>>,
 }
 
 /// Everything that code is made from.

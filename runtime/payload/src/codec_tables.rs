@@ -36,7 +36,7 @@ stored! {
     Limit { variable, element, min, max }
     Check { message, pieces, values, error, kind, file, line }
     InitialTransfer { guess, states, rates, values, decided, late_reals, checked, homotopy }
-    Checked { equation, text, start_of }
+    Checked { equation, text, start_of, others }
     Name { pattern, element, wrap }
     RowNames { equations, targets }
     Place { area, index }

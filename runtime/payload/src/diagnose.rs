@@ -2,7 +2,7 @@
 //!
 //! Slow, and only for messages.  Assigned variables come first, since residuals repeat their faults.
 
-use hyd_system::{EvalFailure, Place, Reading};
+use hyd_system::{EvalFailure, Place, Reading, Source, ValueKind};
 
 use crate::instance::{Instance, Point};
 use crate::loaded::Loaded;
@@ -22,14 +22,17 @@ impl Instance {
             (&loaded.model.routines.simulation, &loaded.model.rows[0])
         };
         let rows = trace.equations.len();
-        if let Some(fault) = self.fault(code.assign, point, 0, 0) {
+        let found = match self.fault(code.assign, point, 0, 0) {
+            Some(fault) => Some((fault.index as usize, fault)),
+            None => self.fault(code.residual, point, rows, 0).map(|fault| (row_of_value(code, trace, &fault), fault)),
+        };
+        if let Some((row, fault)) = found {
             let reads = readings(&loaded, trace, initial, &fault);
-            return Some(EvalFailure { reads, ..failure(&loaded, trace, Some(fault.index as usize), fault.reason) });
-        }
-        if let Some(fault) = self.fault(code.residual, point, rows, 0) {
-            let row = row_of_value(code, trace, &fault);
-            let reads = readings(&loaded, trace, initial, &fault);
-            return Some(EvalFailure { reads, ..failure(&loaded, trace, Some(row), fault.reason) });
+            let mut failure = EvalFailure { reads, ..failure(&loaded, trace, Some(row), fault.reason) };
+            if !initial {
+                self.read_as_written(&mut failure, point);
+            }
+            return Some(failure);
         }
         let (routine, sizes) = match &code.jacobian {
             JacobianForm::Entries(r) => (*r, [code.state_pattern.entries(), code.rate_pattern.entries()]),
@@ -38,6 +41,37 @@ impl Instance {
         let fault = self.fault(routine, point, sizes[0], sizes[1])?;
         let row = row_of_entry(code, trace, &fault);
         Some(failure(&loaded, trace, row, format!("in its derivative: {}", fault.reason)))
+    }
+
+    /// Puts variables that stand in the equation as it is written, and were put together with others in the code, before what was read; zeros first.
+    fn read_as_written(&mut self, failure: &mut EvalFailure, point: Point<'_>) {
+        let loaded = self.loaded.clone();
+        let tables = &loaded.model.tables;
+        let Some(equation) = failure.equation.and_then(|equation| tables.equations.get(equation as usize)) else {
+            return;
+        };
+        let mut row = vec![0.0; loaded.model.row.len()];
+        self.output_row(point, &mut row);
+        let mut written = Vec::new();
+        for name in names(&equation.text) {
+            let Some((variable, element)) = tables.find(name) else { continue };
+            let is_known = |own: &Reading| own.name == name || failure.variable.as_deref() == Some(name);
+            let Some(Source { place: Place::Output(place), negated }) = variable.sources.get(element).copied() else {
+                continue;
+            };
+            let value = row[place as usize];
+            if variable.kind != ValueKind::Real
+                || failure.reads.iter().chain(&written).any(is_known)
+                || !value.is_finite()
+            {
+                continue;
+            }
+            let value = if negated { 0.0 - value } else { value };
+            written.push(Reading { name: name.to_string(), value, unit: variable.unit.to_string() });
+        }
+        written.append(&mut failure.reads);
+        written.sort_by_key(|own| own.value != 0.0);
+        failure.reads = written;
     }
 
     /// A failure of the initial system, in general words if it cannot be located.
@@ -155,6 +189,20 @@ fn readings(loaded: &Loaded, trace: &RowNames, initial: bool, fault: &Fault) -> 
         Some(Reading { name, value: read.value, unit })
     };
     fault.reads.iter().filter_map(reading).collect()
+}
+
+/// The names that stand in the text of an equation, with their subscripts.
+fn names(text: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0;
+    let ends = move |c: char| {
+        depth += match c {
+            '[' => 1,
+            ']' => -1,
+            _ => 0,
+        };
+        depth == 0 && c != ']' && !c.is_alphanumeric() && c != '_' && c != '.'
+    };
+    text.split(ends).filter(|own| own.starts_with(|c: char| c.is_alphabetic() || c == '_'))
 }
 
 /// The row of a fault in the residual routine.

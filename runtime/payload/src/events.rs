@@ -46,7 +46,9 @@ impl Instance {
             EventPhase::Repeat => self.memory.repetitions + 1,
             _ => 0,
         };
-        let switched = self.differs();
+        // The initial system read the values from before the start that it was solved with.
+        let late = phase == EventPhase::Initial && std::mem::take(&mut self.memory.late_changed);
+        let switched = self.differs() || late;
         let (changed, by_inputs) = (switched || jumped, jumped && !switched);
         if phase == EventPhase::Initial && self.loaded.model.routines.events.reads_solution {
             self.memory.repetitions += 1;

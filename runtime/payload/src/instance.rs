@@ -57,6 +57,8 @@ pub(crate) struct Own {
     pub repetitions: u32,
     /// An initial condition that does not hold with the last solution of the initial system.
     pub contradiction: Option<EvalFailure>,
+    /// Start values that were found late have changed since the last pass of the start.
+    pub late_changed: bool,
     /// Assertions of `when`s that have failed at the last event, by number among the checks, until they are asked for.
     pub failed: Vec<(usize, AssertionReport)>,
     /// Inputs that follow recorded samples.
@@ -111,6 +113,7 @@ impl Instance {
             reinit_waits: false,
             repetitions: 0,
             contradiction: None,
+            late_changed: false,
             failed: Vec::new(),
             inputs: vec![Follower::default(); loaded.model.structure.inputs.len()],
         };
@@ -145,6 +148,22 @@ impl Instance {
         if !self.memory.inputs.is_empty() {
             self.move_inputs(t);
         }
+    }
+
+    /// Fills a row of outputs at a point of the simulation: assigned variables, unknowns, rates of states, discrete variables.
+    pub(crate) fn output_row(&mut self, point: Point<'_>, out: &mut [f64]) {
+        self.run(self.loaded.model.routines.simulation.assign, point, &mut [], &mut []);
+        let row = &self.loaded.model.row;
+        let (assigned, rest) = out.split_at_mut(row.assigned as usize);
+        assigned.copy_from_slice(&self.memory.work[..row.assigned as usize]);
+        let (unknowns, rest) = rest.split_at_mut(point.unknown.len());
+        unknowns.copy_from_slice(point.unknown);
+        let (rates, discrete) = rest.split_at_mut(row.states.len());
+        for (value, &state) in rates.iter_mut().zip(&row.states) {
+            *value = point.rate[state as usize];
+        }
+        let range = &self.loaded.model.area.discrete;
+        discrete.copy_from_slice(&self.memory.data[range.start as usize..range.end as usize]);
     }
 
     /// Brings the inputs to a time (s).

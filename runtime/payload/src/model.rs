@@ -236,4 +236,6 @@ pub struct Checked {
     pub text: Arc<str>,
     /// The variable whose fixed start value this is.
     pub start_of: Option<Name>,
+    /// The conditions that it follows from, in words; empty where it follows from the equations of the model alone, and none where that is not known.
+    pub others: Option<Vec<Arc<str>>>,
 }

@@ -1,16 +1,27 @@
 //! What the start does with the data of an instance: relations at the guess, discrete variables that are known before the first solution,
 //! start values of discrete variables, conditions that are only checked.
 
-use hyd_system::EvalFailure;
+use std::sync::Arc;
+
+use hyd_system::{Contradicted, EvalFailure};
 
 use crate::instance::{Instance, Point};
 
 /// A fixed start value may differ from what follows from others by this, relative to both or to 1.
 const SAME_START: f64 = 1e-6;
 
-/// Rounds in which discrete variables are decided before the first solution: what follows from what was decided in a round is decided in
-/// the next one.
-const MOST_ROUNDS: usize = 16;
+/// Conditions that a message names.
+const MOST_NAMED: usize = 3;
+
+/// What a condition contradicts, in words, and the verb that follows.
+fn against(others: Option<&[Arc<str>]>) -> (Contradicted, String, &'static str) {
+    match others {
+        Some([]) => (Contradicted::Model, "the equations of the model".to_string(), "give"),
+        Some([only]) => (Contradicted::Named, only.to_string(), "gives"),
+        Some(some) if some.len() <= MOST_NAMED => (Contradicted::Named, some.join(" and "), "give"),
+        _ => (Contradicted::Others, "the other initial conditions".to_string(), "give"),
+    }
+}
 
 impl Instance {
     /// Truth of the relations at the guess, so that the initial system starts on the likely branches.
@@ -40,7 +51,8 @@ impl Instance {
         let range = loaded.model.area.discrete.start as usize..loaded.model.area.discrete.end as usize;
         let n = loaded.model.structure.unknowns;
         let (mut y, mut yp) = (vec![0.0; n], vec![0.0; n]);
-        for _ in 0..MOST_ROUNDS {
+        // What follows from what was decided in a round is decided in the next one.
+        for _ in 0..=decided.len() {
             self.run(loaded.model.routines.initial.assign, Point { unknown: z, rate: &[] }, &mut [], &mut []);
             self.take_over(z, &mut y, &mut yp);
             let point = Point { unknown: &y, rate: &yp };
@@ -92,18 +104,18 @@ impl Instance {
             let (left, right) = violated(sides)?;
             let name = condition.start_of.map(|name| loaded.model.names.text(name));
             let [left, right] = hyd_system::told_apart(left, right);
+            let (contradicts, others, give) = against(condition.others.as_deref());
             let reason = match name {
-                Some(_) => {
-                    format!("its fixed start value {right} contradicts the other initial conditions, which give {left}")
-                }
+                Some(_) => format!("its fixed start value {right} contradicts {others}, which {give} {left}"),
                 None => format!(
-                    "the initial equation `{}` contradicts the other conditions, which give {left} on its left-hand and \
-                     {right} on its right-hand side",
+                    "the initial equation `{}` contradicts {others}, which {give} {left} on its left-hand and {right} on its right-hand \
+                     side",
                     condition.text
                 ),
             };
             let equation = Some(condition.equation).filter(|_| name.is_none());
-            Some(EvalFailure { equation, variable: name, reason, contradicts: true, reads: Vec::new() })
+            let contradicts = Some(contradicts);
+            Some(EvalFailure { equation, variable: name, reason, contradicts, reads: Vec::new() })
         })
     }
 
@@ -141,7 +153,10 @@ impl Instance {
         if !self.loaded.model.has_late_starts() {
             return Ok(());
         }
-        let routine = self.loaded.model.routines.late_starts;
+        let loaded = self.loaded.clone();
+        let routine = loaded.model.routines.late_starts;
+        let pre = loaded.model.area.pre.start as usize..loaded.model.area.pre.end as usize;
+        let before = self.memory.data[pre.clone()].to_vec();
         let point = Point { unknown: z, rate: &[] };
         self.run(routine, point, &mut [], &mut []);
         if let Some(failure) = self.bind_failure(routine, point) {
@@ -150,6 +165,8 @@ impl Instance {
         self.start_pre();
         // `pre` of what the solution gives is not a start value.
         self.take_values(z);
+        // The initial system may have been solved with others.
+        self.memory.late_changed |= before != self.memory.data[pre];
         Ok(())
     }
 }

@@ -137,18 +137,7 @@ impl DaeSystem for Instance {
 
     fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.set_time(t, false);
-        self.run(self.loaded.model.routines.simulation.assign, Point { unknown: y, rate: yp }, &mut [], &mut []);
-        let row = &self.loaded.model.row;
-        let (assigned, rest) = out.split_at_mut(row.assigned as usize);
-        assigned.copy_from_slice(&self.memory.work[..row.assigned as usize]);
-        let (unknowns, rest) = rest.split_at_mut(y.len());
-        unknowns.copy_from_slice(y);
-        let (rates, discrete) = rest.split_at_mut(row.states.len());
-        for (value, &state) in rates.iter_mut().zip(&row.states) {
-            *value = yp[state as usize];
-        }
-        let range = &self.loaded.model.area.discrete;
-        discrete.copy_from_slice(&self.memory.data[range.start as usize..range.end as usize]);
+        self.output_row(Point { unknown: y, rate: yp }, out);
     }
 
     fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {

@@ -36,7 +36,7 @@ const MOST_PASSES: usize = 100;
 /// After so many it is looked whether they change anything.
 const MANY_PASSES: usize = 10;
 /// How often discrete variables are decided before the first solution: each time those that follow from the last ones join them.
-const MOST_DECISIONS: usize = 16;
+const MOST_DECISIONS: usize = MOST_PASSES;
 
 /// Solver of the initial system.
 #[derive(Clone)]

@@ -140,10 +140,21 @@ pub struct EvalFailure {
     pub variable: Option<String>,
     /// What happened, in words: "division by zero", "logarithm of -1", "not a number".
     pub reason: String,
-    /// A condition at the start contradicts the others, instead of having no value.
-    pub contradicts: bool,
+    /// What a condition at the start contradicts; none of an evaluation that has no value.
+    pub contradicts: Option<Contradicted>,
     /// What it was computed from, where that is known: parameters, states, the time, discrete variables.
     pub reads: Vec<Reading>,
+}
+
+/// What a condition at the start contradicts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Contradicted {
+    /// The equations of the model, whatever the start values are.
+    Model,
+    /// Conditions that the reason names.
+    Named,
+    /// Other conditions.
+    Others,
 }
 
 /// A value that was read.

@@ -26,8 +26,9 @@ mod tangents;
 mod text;
 
 pub use dae::{
-    AssertionReport, CheckKind, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, InitialStructure,
-    InputError, InputSite, LoopError, ParameterError, Pattern, Reading, StateChoice, Structure, TimeEvent,
+    AssertionReport, CheckKind, Contradicted, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase,
+    InitialStructure, InputError, InputSite, LoopError, ParameterError, Pattern, Reading, StateChoice, Structure,
+    TimeEvent,
 };
 pub use instant::Instants;
 pub use lanes::{LANES, wide};

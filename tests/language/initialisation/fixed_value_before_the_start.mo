@@ -4,6 +4,6 @@ model Run
   Boolean open(start = true, fixed = true) = not closed;
 initial equation
   pre(open) = not closed;
-  // note N0401 without line: the initial equation `pre(open) = not closed` follows from the other conditions and is only checked
-  // run error: the initial equation `pre(open) = not closed` contradicts the other conditions
+  // note N0401 without line: the initial equation `pre(open) = not closed` is not needed to determine the start, and is only checked
+  // run error: the initial equation `pre(open) = not closed` contradicts the start value of `open`, which gives 1
 end Run;

@@ -78,7 +78,7 @@ pub(crate) fn made_equations(system: &EquationSystem) -> usize {
 }
 
 /// True for an equation that only says what a variable of the translation is, such as a part of a long sum.
-fn is_made(system: &EquationSystem, eq: EqId) -> bool {
+pub(crate) fn is_made(system: &EquationSystem, eq: EqId) -> bool {
     system.flat.equations[system.equations[eq].block as usize].made
 }
 
@@ -109,7 +109,7 @@ fn written_for(system: &EquationSystem, eq: EqId) -> Vec<EqId> {
 }
 
 /// A condition of `when`, which the translation made a variable.
-fn is_condition(system: &EquationSystem, v: VarId) -> bool {
+pub(crate) fn is_condition(system: &EquationSystem, v: VarId) -> bool {
     system.flat.variables[system.flat.locate(v).0].made == Some(Made::Event)
 }
 

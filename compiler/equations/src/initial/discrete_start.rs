@@ -7,10 +7,12 @@
 //! the variable at the start, its `pre` is a value of its own (`plan/discrete.rs`).
 
 use hyd_flat::{Operand, Section, Target, VarId};
-use hyd_index::IndexVec;
+use hyd_index::{IndexVec, TypedIndex};
+use hyd_symbolic::Node;
 use hyd_system::ValueKind;
 
 use crate::alias::representative::block_of_variable;
+use crate::explain::faults::is_condition;
 use crate::incidence::Unknowns;
 use crate::initial::redundant::Conditions;
 use crate::system::{EqId, EquationSystem, Role};
@@ -58,13 +60,22 @@ pub(crate) fn open_discrete(system: &mut EquationSystem, unknowns: &mut Unknowns
     found.map(|(v, _)| unknowns.add(Target::Var(v))).count() > 0
 }
 
-/// Variables whose equation reads what they were before: those of `when`.
+/// Variables that keep what they were before unless something happens: those that a `when` sets, and those with an equation like it
+/// (`if ... else pre(v)`).
 pub(crate) fn keep_their_values(system: &EquationSystem) -> IndexVec<VarId, bool> {
     let mut keeps = IndexVec::filled(false, system.roles.len());
+    let arena = &system.flat.templates.arena;
     for eq in system.equations_in(Section::Discrete) {
         let Some(Target::Var(v)) = system.left_operand(eq).map(|operand| operand.target()) else { continue };
         let operands = system.operands_of(system.equations[eq].operands);
-        keeps[v] |= operands.iter().any(|operand| operand.target() == Target::Pre(v));
+        let is_of_when = |operand: &Operand| matches!(operand.target(), Target::Var(v) if is_condition(system, v));
+        let mut last = system.flat.templates.get(system.equations[eq].template).right;
+        while let Node::If(_, _, otherwise) = arena.node(last) {
+            last = otherwise;
+        }
+        let is_kept = matches!(arena.node(last), Node::Slot(slot) if operands[slot.index()].target() == Target::Pre(v));
+        let reads = operands.iter().any(|operand| operand.target() == Target::Pre(v));
+        keeps[v] |= is_kept || reads && operands.iter().any(is_of_when);
     }
     keeps
 }

@@ -6,20 +6,22 @@
 //! transversals).  What is left over becomes no equation: it is checked when the values at the start are known, because that may
 //! depend on parameters that are set later.  Where numbers decide already, a contradiction is refused here by name.
 
-use hyd_flat::VarId;
-use hyd_index::IndexVec;
+use std::collections::BTreeSet;
+
+use hyd_flat::{Target, VarId};
+use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Augmentation, Augmenter, Part};
 use hyd_system::told_apart;
 use rustc_hash::FxHashSet;
 
 use crate::algebra::Algebra;
-use crate::explain::faults::{explain_part, first_of, list_names, part_names, written_text};
+use crate::explain::faults::{explain_part, first_of, is_made, list_names, part_names, written_text};
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::initial::contradiction::{Contradiction, find_contradiction, start_numbers};
 use crate::initial::matching::first_matching;
 use crate::sorted::{Redundant, Residual};
-use crate::system::{EqId, EquationSystem, Resolution};
+use crate::system::{EqId, EquationSystem, Resolution, Role};
 
 /// Most conditions that a message names to be dropped.
 const MOST_DROPPED: usize = 6;
@@ -50,8 +52,15 @@ pub(crate) fn take_redundant(
             return Err(Box::new(refuse(system, &pattern, unknowns, part, &contradiction).maybe_help(dropped)));
         }
     }
+    let others: Vec<Vec<String>> =
+        left_over.iter().map(|(eq, part)| others(system, &pattern, (part, *eq), conditions)).collect();
     let equations: Vec<EqId> = left_over.iter().map(|(eq, _)| *eq).collect();
-    Ok(conditions.give_up(system, &equations))
+    let mut redundant = conditions.give_up(system, &equations);
+    for own in &mut redundant {
+        let place = equations.iter().position(|&eq| eq == own.left.equation);
+        own.others = place.map(|place| others[place].clone());
+    }
+    Ok(redundant)
 }
 
 impl Conditions {
@@ -118,7 +127,30 @@ fn checked(system: &EquationSystem, eq: EqId, start_of: Option<VarId>) -> Redund
     let equation = system.equations[eq];
     let template = system.flat.templates.get(equation.template);
     let side = |value| Residual { value, operands: equation.operands, equation: eq };
-    Redundant { left: side(template.left), right: side(template.right), start_of }
+    Redundant { left: side(template.left), right: side(template.right), start_of, others: None }
+}
+
+/// The conditions of the smallest set that a condition closes, apart from itself.
+fn others(
+    system: &EquationSystem,
+    pattern: &Pattern,
+    (part, own): (&Part, EqId),
+    conditions: &Conditions,
+) -> Vec<String> {
+    let rows: FxHashSet<EqId> = part.rows.iter().map(|row| pattern.rows[row.index()]).filter(|&eq| eq != own).collect();
+    let fixed = conditions.fixed.iter().filter(|(_, eq)| rows.contains(eq));
+    let fixed = fixed.map(|&(v, _)| format!("the fixed start value of `{}`", system.flat.var_name(v)));
+    let initial = conditions.initial.iter().filter(|&&eq| rows.contains(&eq) && !is_made(system, eq));
+    let initial = initial.map(|&eq| format!("the initial equation `{}`", written_text(system, eq)));
+    // Discrete variables begin at their start values.
+    let read = rows.iter().chain([&own]).flat_map(|&eq| system.operands_of(system.equations[eq].operands));
+    let before = read.filter_map(|operand| match operand.target() {
+        Target::Pre(v) | Target::Start(v) if system.roles[v] == Role::Discrete => Some(v),
+        _ => None,
+    });
+    let before: BTreeSet<VarId> = before.collect();
+    let before = before.into_iter().map(|v| format!("the start value of `{}`", system.flat.var_name(v)));
+    fixed.chain(initial).chain(before).collect()
 }
 
 /// The conditions of a set that contradict each other, one of which has to go; those of the model stay.

@@ -7,7 +7,7 @@ use hyd_flat::{Operand, Section, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
 use hyd_structure::{Entry, Matching, maximum_matching};
-use hyd_symbolic::{SlotId, alias};
+use hyd_symbolic::{Node, SlotId, alias};
 use hyd_system::{CheckKind, ValueKind};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -173,14 +173,29 @@ fn values_before(
         let fixed = block.fixed.get((v.0 - block.first.0) as usize);
         system.roles[v] == Role::Discrete && !keeps[v] && block.kind != ValueKind::Real && !fixed
     };
+    // Of each equation the side that is such a value alone.
+    let candidate = |system: &EquationSystem, eq: EqId| {
+        let template = system.flat.templates.get(system.equations[eq].template);
+        let operands = system.operands_of(system.equations[eq].operands);
+        [template.left, template.right].into_iter().find_map(|side| {
+            let Node::Slot(slot) = system.flat.templates.arena.node(side) else { return None };
+            match operands[slot.index()].target() {
+                Target::Pre(v) if is_open(system, v) => Some((slot, v)),
+                _ => None,
+            }
+        })
+    };
+    let (candidates, others): (Vec<EqId>, Vec<EqId>) =
+        system.equations_in(Section::Initial).into_iter().partition(|&eq| candidate(system, eq).is_some());
+    let elsewhere: FxHashSet<VarId> = others.iter().flat_map(|&eq| open_parameters(system, known, eq)).collect();
     let mut found: Vec<Assignment> = Vec::new();
-    for eq in system.equations_in(Section::Initial) {
-        let Some(slot) = system.left_slot(eq) else { continue };
+    for eq in candidates {
+        let Some((slot, v)) = candidate(system, eq) else { continue };
         let operands = system.equations[eq].operands;
-        let Target::Pre(v) = system.operands_of(operands)[slot.index()].target() else { continue };
         let target = Target::Start(v);
         let said = given.contains(&target) || found.iter().any(|a| a.target == target);
-        if said || !is_open(system, v) || determines_parameter(system, known, eq) {
+        // It may be what determines a parameter.
+        if said || open_parameters(system, known, eq).iter().any(|v| !elsewhere.contains(v)) {
             continue;
         }
         if let Some(value) = algebra.value(system, eq, slot) {
@@ -190,17 +205,19 @@ fn values_before(
     found
 }
 
-/// True if an initial equation may be what determines a parameter.  A Real has a part in values of other types through relations and the
-/// like only, which leave it open.
-fn determines_parameter(system: &EquationSystem, known: &Known, eq: EqId) -> bool {
+/// The parameters that the initial equations determine of those that an equation reads.  A Real has a part in values of other types through
+/// relations and the like only, which leave it open.
+fn open_parameters(system: &EquationSystem, known: &Known, eq: EqId) -> Vec<VarId> {
     let operands = system.operands_of(system.equations[eq].operands);
-    operands.iter().any(|&operand| match operand.target() {
+    let open = |&operand: &Operand| match operand.target() {
         Target::Var(v) => {
             let kind = &system.flat.variables[system.flat.locate(v).0].kind;
-            system.roles[v] == Role::Parameter && *kind != ValueKind::Real && !known.is_known(operand)
+            let is_open = system.roles[v] == Role::Parameter && *kind != ValueKind::Real && !known.is_known(operand);
+            is_open.then_some(v)
         }
-        _ => false,
-    })
+        _ => None,
+    };
+    operands.iter().filter_map(open).collect()
 }
 
 /// Start values that follow from others, because an initial equation says that two values before the start are equal (`pre(a) = pre(b)`),

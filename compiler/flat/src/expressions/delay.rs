@@ -9,9 +9,9 @@
 use hyd_instance::ScalarType;
 use hyd_source::{Code, Diagnostic, Origin, Span};
 use hyd_symbolic::{NodeId, Relation};
-use hyd_system::{ValueKind, Variability};
+use hyd_system::{TextFormat, ValueKind, Variability};
 
-use crate::model::{DelayBlock, Message, Section, VarId};
+use crate::model::{DelayBlock, Message, MessagePart, Section, VarId};
 use crate::state::context::{Context, Fail};
 use crate::state::flattener::{Flattener, scale};
 use crate::state::index::{Affine, CounterId, Kind, SlotKey};
@@ -133,14 +133,24 @@ impl Flattener<'_, '_> {
         let arena = &mut self.model.templates.arena;
         let zero = arena.constant(0.0);
         let mut holds = arena.compare(Relation::LessEqual, zero, time);
-        let mut text = format!("the delay time of `{call}` is negative");
-        if let Some(most) = most {
-            let below = arena.compare(Relation::LessEqual, time, most);
-            holds = arena.and(holds, below);
-            text = format!("{text} or above its upper bound");
+        let value = || MessagePart::Value(TextFormat::default(), ValueKind::Real);
+        let words = |text: &str| MessagePart::Text(text.into());
+        let mut parts = vec![words(&format!("the delay time of `{call}` is ")), value()];
+        let mut shown = vec![time];
+        match most {
+            Some(most) => {
+                let below = arena.compare(Relation::LessEqual, time, most);
+                holds = arena.and(holds, below);
+                parts.extend([words(" s, and may go from 0 s to its upper bound of "), value(), words(" s")]);
+                shown.push(most);
+            }
+            None => parts.push(words(" s, and may not be negative")),
         }
-        let message = self.add_message(Message { text: text.into(), parts: Vec::new(), error: true });
-        self.emit(Section::Assert(message), holds, zero, dims, origin);
+        let shown = arena.argument_list(&shown);
+        let beyond = if most.is_some() { " or above its upper bound" } else { "" };
+        let text = format!("the delay time of `{call}` is negative{beyond}");
+        let message = self.add_message(Message { text: text.into(), parts, error: true });
+        self.emit(Section::Assert(message), holds, shown, dims, origin);
     }
 
     fn give_unit(&mut self, v: VarId, unit: &str) {

@@ -7,7 +7,7 @@
 use hyd_instance::constructor::RecordField;
 use hyd_instance::{InstId, ScalarType, Value};
 use hyd_source::{Code, Diagnostic, Edit, Span};
-use hyd_symbolic::Relation;
+use hyd_symbolic::{Relation, contains_time};
 use hyd_syntax::tree::{BinaryOp, Expr as Text, UnaryOp};
 use hyd_typed::{Declaration, Expr, Iterator, Kind, Type};
 
@@ -219,7 +219,9 @@ impl Flattener<'_, '_> {
         }
         let discrete = !matches!(x.scalar, ScalarType::Real) && !matches!(y.scalar, ScalarType::Real);
         let arena = &mut self.model.templates.arena;
-        let quiet = cx.no_event || cx.in_when;
+        // A `when` is evaluated at its events.  With the time an event stays: at the crossing itself a comparison would be a matter of rounding.
+        let is_timed = [x.node, y.node].into_iter().any(|side| contains_time(arena, side));
+        let quiet = cx.no_event || cx.in_when && !is_timed;
         let literal = quiet || discrete || matches!(relation, Relation::Equal | Relation::NotEqual);
         let node =
             if literal { arena.compare(relation, x.node, y.node) } else { arena.event(relation, x.node, y.node) };

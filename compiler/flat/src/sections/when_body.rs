@@ -368,12 +368,42 @@ impl Flattener<'_, '_> {
             };
             let pre = flat.slots.slot(SlotKey::Variable(Kind::Pre, first, offset));
             let mut right = flat.model.templates.arena.slot(pre);
+            flat.want_one(target.left, &target.values.iter().collect::<Vec<_>>(), cx)?;
             for given in target.values.iter().rev() {
                 right = flat.when_given(given, (target.left, &left), (&fires, right), cx, &index)?;
             }
             flat.emit(Section::Discrete, left.node, right, &cx.loop_counts(), &origin);
             Ok(())
         });
+    }
+
+    /// At most one of these may act in one branch: reports the second of two that no condition keeps apart.
+    pub(super) fn want_one(&mut self, left: &Expr, given: &[&Given<'_>], cx: &mut Context) -> Result<(), Fail> {
+        let mut acting: Vec<&Given<'_>> = Vec::new();
+        for &own in given {
+            let always = self.model.templates.arena.constant(1.0);
+            let acts = self.guarded(always, &own.guards, cx)?;
+            if self.model.templates.arena.as_constant(acts) == Some(0.0) {
+                continue;
+            }
+            // What a parameter decides may be set for a run.
+            let mut conditions = own.guards.iter().flat_map(|guard| guard.earlier.iter().copied().chain(guard.own));
+            if conditions.any(|condition| self.known_before_run(condition)) {
+                continue;
+            }
+            let together = |other: &&&Given<'_>| other.branch == own.branch && !are_apart(&other.guards, &own.guards);
+            if let Some(first) = acting.iter().find(together) {
+                let message = format!("`{}` is set twice by one branch of a `when`", printed(left));
+                let diagnostic = Diagnostic::error(Code::Unbalanced, message)
+                    .at(own.value.0.span, "second time")
+                    .with(first.value.0.span, "first time")
+                    .help("equations of a `when` have no order: leave one of them out, or let an `if` decide");
+                self.report(diagnostic);
+                return Err(Fail::Reported);
+            }
+            acting.push(own);
+        }
+        Ok(())
     }
 
     /// From `end when;` to the next `when` between two places of a text, if nothing else stands there.
@@ -402,11 +432,18 @@ impl Flattener<'_, '_> {
             .help("one `when` with `elsewhen` says which comes first");
         if let Some(span) = self.between_whens(first, target.span) {
             let edit = Edit { span, text: "else".to_string() };
-            diagnostic = diagnostic.propose("join both, the first one first", vec![edit]);
+            diagnostic =
+                diagnostic.propose("join the two: `elsewhen`, so that the first one has precedence", vec![edit]);
         }
         self.report(diagnostic);
         true
     }
+}
+
+/// True for what stands in different branches of one `if`.
+fn are_apart(one: &[Guard<'_>], other: &[Guard<'_>]) -> bool {
+    let first = |guard: &Guard<'_>| guard.earlier.first().copied().or(guard.own).map(std::ptr::from_ref);
+    one.iter().zip(other).any(|(a, b)| first(a) == first(b) && a.earlier.len() != b.earlier.len())
 }
 
 /// The variables on the left of an equation, as text.

@@ -19,20 +19,34 @@ use crate::state::index::{Affine, Kind, SlotKey};
 impl Flattener<'_, '_> {
     /// True if all branches set the same elements, however they are written.
     pub(super) fn sets_same_elements(&mut self, branches: &[(Option<Expr>, Vec<Equation>)], scope: Scope) -> bool {
+        self.elements_of_all(branches, scope).is_some()
+    }
+
+    /// The elements that each of these branches sets; none where they differ or that cannot be said.
+    fn elements_of_all(
+        &mut self,
+        branches: &[(Option<Expr>, Vec<Equation>)],
+        scope: Scope,
+    ) -> Option<FxHashSet<VarId>> {
         if branches.iter().all(|(condition, _)| condition.is_some()) {
-            return false;
+            return None;
         }
-        let mut all: Vec<FxHashSet<VarId>> = Vec::new();
+        let mut all: Option<FxHashSet<VarId>> = None;
         for (_, body) in branches {
             let mut set = FxHashSet::default();
             for equation in body {
-                let EquationKind::Equal(left, _) = &equation.kind else { return false };
-                let Some(elements) = self.elements_set(left.bare(), scope) else { return false };
-                set.extend(elements);
+                match &equation.kind {
+                    EquationKind::Equal(left, _) => set.extend(self.elements_set(left.bare(), scope)?),
+                    EquationKind::If(inner) => set.extend(self.elements_of_all(inner, scope)?),
+                    _ => return None,
+                }
             }
-            all.push(set);
+            match &all {
+                Some(known) if *known != set => return None,
+                _ => all = Some(set),
+            }
         }
-        all.windows(2).all(|pair| pair[0] == pair[1])
+        all
     }
 
     /// The elements that a left side names, in its order; none where that cannot be said.
@@ -112,6 +126,9 @@ impl Flattener<'_, '_> {
         self.with_loops(start, &mut |flat, cx| {
             let (fires, _) = flat.enter_part(cx, whole, &[])?;
             let mut sides = None;
+            let setting = targets.iter().filter(|(_, elements)| elements.contains(&v));
+            let given: Vec<_> = setting.flat_map(|(target, _)| &target.values).collect();
+            flat.want_one(first.left, &given, cx)?;
             for (target, elements) in targets.iter().rev() {
                 let Some(k) = elements.iter().position(|&element| element == v) else { continue };
                 let shape = flat.shape(target.left, cx)?;
