@@ -7,7 +7,7 @@
 use std::cell::Cell;
 use std::path::Path;
 
-use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
+use hyd_compiler::{Code, Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
 use hyd_results::{Discard, Sink, Trajectory};
 use hyd_run::{RunArguments, options};
 use hyd_runtime::{Simulator, SolveError, Summary};
@@ -116,7 +116,12 @@ impl Trials<'_> {
             let mut is_definition = definitions.into_iter();
             healing.proposals.retain(|_| !is_definition.next().unwrap_or(false));
         }
-        let any_would_do = |rank: Rank| matches!(rank, Rank::Sign | Rank::OtherEnds | Rank::Joined | Rank::LeftOut);
+        let grows = failure.is_some_and(SolveError::grows);
+        let any_would_do = |rank: Rank| match rank {
+            Rank::OtherEnds | Rank::Joined | Rank::LeftOut => true,
+            Rank::Sign => !grows,
+            _ => false,
+        };
         healing.is_vague = found.is_some_and(|(rank, _)| any_would_do(rank));
         // Of signs that bring a run through many a one would, among them those that are not tried; an assertion says what is meant, and growth
         // without bound that a sign is wrong.
@@ -124,7 +129,7 @@ impl Trials<'_> {
             Rank::InferredUnit | Rank::AtOnce | Rank::FirstStart | Rank::RestForNow | Rank::UsedUp | Rank::Prefix => {
                 true
             }
-            Rank::Sign => !trouble.judged && !failure.is_some_and(SolveError::grows),
+            Rank::Sign => !trouble.judged && !grows,
             _ => false,
         });
         let is_best = found.is_some_and(|(rank, _)| rank.first_is_best());
@@ -147,9 +152,12 @@ impl Trials<'_> {
         let request = Request { goal: Goal::Run, ..self.request.clone() };
         let extras = Extras { strict_units: self.strict_units, ..Extras::default() };
         let after = compile_text(&mut sources, name, text, &request, &extras);
-        let is_new = |own: &Diagnostic| {
-            own.severity == Severity::Note && trouble.start
-                || before.diagnostics.iter().all(|known| known.message != own.message)
+        // Of the start nothing could be said where there were no equations to begin with.
+        let had_no_start = trouble.text || trouble.too_many || trouble.too_few;
+        let is_new = |own: &Diagnostic| match own.severity {
+            Severity::Note if trouble.start => true,
+            Severity::Note if had_no_start && own.code == Code::Chosen => false,
+            _ => before.diagnostics.iter().all(|known| known.message != own.message),
         };
         !after.has_errors()
             && !after.diagnostics.iter().any(is_new)

@@ -389,6 +389,7 @@ impl Found<'_> {
         if !self.is_marked(a.span)
             && !self.names.contains(self.snippet(a.span))
             && !self.names.contains(self.snippet(b.span))
+            && ![a, b].into_iter().any(|end| self.names.contains(&*end.parts[0].name.name))
             && ![a, b].into_iter().any(is_meant)
         {
             return;
@@ -407,6 +408,7 @@ impl Found<'_> {
                 let rank = match is_near(&old, name) {
                     true if number_of(name).is_some() && number_of(name) == number_of(other) => Rank::Twins,
                     true => Rank::Ends,
+                    false if self.open.contains(name) => Rank::Open,
                     false => Rank::OtherEnds,
                 };
                 self.write(rank, span, name);

@@ -4,7 +4,12 @@ use hyd_source::Span;
 use hyd_syntax::tree::{Arguments, BinaryOp, Expr, ExprKind, UnaryOp};
 use hyd_syntax::visit::{Visitor, walk_expr};
 
+use hyd_system::significant;
+
 use super::{Found, Rank, is_named, number};
+
+/// Times the longest delay that the text allows.
+const BOUNDS: [f64; 2] = [2.0, 10.0];
 
 impl Found<'_> {
     /// Changes of an expression that is one side of an equation, or the value of a variable.
@@ -90,6 +95,15 @@ impl Found<'_> {
             [_, time] if is_named(function, "delay") && self.trouble.text && is_marked => {
                 if let Some(stop) = self.stop_time() {
                     self.write(Rank::Marked, expr.span, &format!("delay({}, {time}, {stop})", texts[0]));
+                }
+            }
+            [value, time, bound] if is_named(function, "delay") && is_run && is_marked => {
+                for factor in BOUNDS {
+                    let bound = match number(&positional[2]) {
+                        Some(number) => significant(factor * number),
+                        None => format!("{factor}*({})", bare(bound)),
+                    };
+                    self.write(Rank::Marked, expr.span, &format!("delay({value}, {time}, {bound})"));
                 }
             }
             [a] if is_named(function, "sqrt") && is_run && is_marked => {

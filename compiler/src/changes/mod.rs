@@ -6,6 +6,7 @@
 //! Assertions and what they compare with are never changed: they say what is meant.
 
 mod asserted;
+mod copied;
 mod declarations;
 mod equations;
 mod expressions;
@@ -75,6 +76,8 @@ pub enum Rank {
     Twins,
     /// A connection with an end that is called almost the same.
     Ends,
+    /// A connection with an end to which nothing is connected.
+    Open,
     /// A range of a loop.
     Loop,
     /// What holds at the start.
@@ -263,6 +266,7 @@ impl Found<'_> {
             self.section(section, &starts, &settings);
         }
         self.trouble.too_many = too_many;
+        self.copied(equations, &components);
         self.sockets(equations);
         self.missing(equations, &components);
     }

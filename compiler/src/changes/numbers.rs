@@ -78,7 +78,7 @@ impl Found<'_> {
                 found.number(rank, span, new, format!("`{name}` = {old} {words}: write {text}"));
             };
             if unit == "K" {
-                meant(self, Rank::OtherUnit, value + ZERO_CELSIUS, "is meant in degrees Celsius");
+                meant(self, Rank::OtherUnit, value + ZERO_CELSIUS, "may be meant in degrees Celsius");
                 continue;
             }
             // Nobody counts in millimetres to write parts of one, or in bar to write millions.
@@ -87,11 +87,11 @@ impl Found<'_> {
             };
             if let Some((_, others)) = OTHERS.iter().find(|(own, _)| *own == unit) {
                 for (words, factor) in others.iter().filter(|(_, factor)| fits(*factor)) {
-                    meant(self, Rank::OtherUnit, round_to(value * factor, 6), &format!("is meant in {words}"));
+                    meant(self, Rank::OtherUnit, round_to(value * factor, 6), &format!("may be meant in {words}"));
                 }
             } else if unit != "1" {
                 for (words, factor) in PREFIXES.iter().filter(|(_, factor)| fits(*factor)) {
-                    meant(self, Rank::Prefix, round_to(value * factor, 6), &format!("lacks the prefix {words}"));
+                    meant(self, Rank::Prefix, round_to(value * factor, 6), &format!("may lack the prefix {words}"));
                 }
             }
         }
