@@ -40,6 +40,7 @@ pub mod sweep;
 mod translate;
 mod trials;
 pub mod unit;
+pub mod unit_model;
 pub mod unit_text;
 
 pub use discovery_memory::hash;

@@ -20,6 +20,8 @@ pub enum Purpose {
     Block,
     /// The model of a study: what the unit is given is a variable of its own, which effects can come between.
     Bench,
+    /// A model to look at: what the unit is given is a parameter, from its start value.
+    View,
 }
 
 /// A text, and what could not be written.
@@ -79,6 +81,19 @@ pub fn unit_text(
             left_out.push(&variable.name);
             continue;
         };
+        if variable.causality == Causality::Input && purpose == Purpose::View {
+            let name = identifier(&variable.name);
+            let value = variable.start.first().copied().filter(|value| value.is_finite()).unwrap_or(0.0);
+            let held = format!("parameter Real {NAME}{} = {value:e}{};", attributes(variable, &[]), words(variable));
+            if variable.sizes.is_empty() && insert(&mut tree, &[name.clone()], &held) {
+                let given = identifier(&format!("{}_given", variable.name));
+                let of_unit = format!("Real {given}{} = {name} {}", attributes(variable, &[]), marked(variable));
+                tree.push((given, Node::Leaf(of_unit)));
+            } else {
+                left_out.push(&variable.name);
+            }
+            continue;
+        }
         let is_given = variable.causality == Causality::Input && purpose == Purpose::Bench;
         if is_given {
             // The input of the model is free of the unit; what the unit is given follows it until an effect comes between.
@@ -120,7 +135,7 @@ pub fn unit_text(
     let class = match purpose {
         // Where the model stood within packages is nothing that a block among others needs.
         Purpose::Block => identifier(description.model.rsplit('.').next().unwrap_or(&description.model)),
-        Purpose::Bench => identifier(&description.model),
+        Purpose::Bench | Purpose::View => identifier(&description.model),
     };
     let kind = if purpose == Purpose::Block { "block" } else { "model" };
     let words = if description.description.is_empty() {

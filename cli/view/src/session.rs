@@ -13,6 +13,7 @@ use hyd_run::{Failure, RunArguments, Selection, Status, clock, parameters, read_
 use hyd_system::{DaeSystem, Hold, Place, Series, ValueKind};
 use hyd_verbs::result_table::read_runs;
 use hyd_verbs::unit::is_unit;
+use hyd_verbs::unit_model::unit_model;
 use hyd_verbs::{Host, Joined, Libraries, Listener, Request, Run, compile_text, run_diagnostic, with_whole_loops};
 use serde_json::{Map, Value, json};
 
@@ -50,7 +51,7 @@ pub(crate) struct Model {
     pub(crate) driven: Vec<String>,
     /// Units of other tools that are blocks of it.
     joined: Option<Joined>,
-    /// It is such a unit, and its text says no more than what a study names of it.
+    /// It is such a unit, and its text says no more than what is given to it and shown of it.
     pub(crate) is_unit: bool,
 }
 
@@ -108,14 +109,15 @@ impl Session {
                 "`{other}`: only the first file may be a model or a study; further ones are results that are overlaid"
             )));
         }
-        for file in files {
-            if is_unit(file) {
+        for (k, file) in files.iter().enumerate() {
+            if is_unit(file) && k > 0 {
                 let file = file.display();
                 return Err(Failure::Usage(format!(
-                    "`{file}` is a unit of another tool: run it by `hyd simulate {file} --result run.csv`, and look at run.csv"
+                    "`{file}`: a unit of another tool is looked at as the first file, like a model"
                 )));
             }
             if !is_model(file)
+                && !is_unit(file)
                 && !is_study(file)
                 && finding::report_of(file).is_none()
                 && !ends_in(file, &["csv", "parquet", "mat"])
@@ -131,6 +133,8 @@ impl Session {
         if is_study(first) {
             let (own, shots) = Model::of_study(first, chosen, listener)?;
             (model, beside) = (Some(own), Some(shots));
+        } else if is_unit(first) {
+            model = Some(Model::of_unit(first, chosen, listener)?);
         } else if is_model(first) {
             let reports = files[1..].iter().filter_map(|file| finding::report_of(file));
             let written = reports.filter(|report| is_written_model(report, first)).collect::<Vec<_>>();
@@ -292,6 +296,12 @@ impl Model {
         let model = Self { is_unit: opened.unit.is_some(), ..model };
         let beside = Beside::of_study(&opened, &model, (chosen.libraries, chosen.host), listener)?;
         Ok((model, beside))
+    }
+
+    /// A unit of another tool, by the text that declares what it is given and what it shows.
+    fn of_unit(file: &Path, chosen: &Chosen<'_>, listener: &dyn Listener) -> Result<Self, Failure> {
+        let model = Self::open(file, unit_model(file, listener)?, chosen, &[], listener)?;
+        Ok(Self { is_unit: true, ..model })
     }
 
     /// `driven`: names of inputs that shots have recorded.
