@@ -14,7 +14,7 @@ use super::LibraryArguments;
                   `--output` writes the same as one file that needs neither hyd nor a network, in which parameters are fixed.  See docs/guides/view.md."
 )]
 pub struct View {
-    /// A model (.hyd, .mo), then results that are overlaid and the folder of a report of it; or a study (.toml), with --bench; or results (.csv, .parquet, .mat); or
+    /// A model (.hyd, .mo) or a unit (.fmu), then results that are overlaid and the folder of a report of it; or a study (.toml), with --bench; or results (.csv, .parquet, .mat); or
     /// the folder of a report
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,

@@ -7,7 +7,7 @@
 use std::cell::Cell;
 use std::path::Path;
 
-use hyd_compiler::{Code, Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
+use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
 use hyd_results::{Discard, Sink, Trajectory};
 use hyd_run::{RunArguments, options};
 use hyd_runtime::{Simulator, SolveError, Summary};
@@ -24,6 +24,8 @@ const UNKNOWN_SIZE: usize = 100;
 /// Steps of a run that is only tried, and of all of them together.
 const MOST_STEPS: u64 = 20_000;
 const ALL_STEPS: u64 = 200_000;
+/// What is said of a start that takes start values which nobody fixed.
+const UNDETERMINED: &str = "the start is not fully determined";
 /// Changes that are shown.
 const MOST_SHOWN: usize = 3;
 
@@ -156,7 +158,7 @@ impl Trials<'_> {
         let had_no_start = trouble.text || trouble.too_many || trouble.too_few;
         let is_new = |own: &Diagnostic| match own.severity {
             Severity::Note if trouble.start => true,
-            Severity::Note if had_no_start && own.code == Code::Chosen => false,
+            Severity::Note if had_no_start && own.message.starts_with(UNDETERMINED) => false,
             _ => before.diagnostics.iter().all(|known| known.message != own.message),
         };
         !after.has_errors()

@@ -112,9 +112,7 @@ impl Session {
         for (k, file) in files.iter().enumerate() {
             if is_unit(file) && k > 0 {
                 let file = file.display();
-                return Err(Failure::Usage(format!(
-                    "`{file}`: a unit of another tool is looked at as the first file, like a model"
-                )));
+                return Err(Failure::Usage(format!("`{file}`: a unit of another tool comes first, like a model")));
             }
             if !is_model(file)
                 && !is_unit(file)

@@ -16,7 +16,8 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 use crate::process::{Outcome, Scratch, assert_no_panic, command, run};
 use crate::units::library;
 
-const MASS: &str = "model Mass
+/// A mass with a friction that a force moves: an input, parameters, an output, a state inside.
+pub(crate) const MASS: &str = "model Mass
   parameter Real m(min = 1e-3) = 2;
   final parameter Real w = 3*m;
   input Real f(start = 1);
@@ -30,7 +31,7 @@ end Mass;
 ";
 
 /// Builds a unit of `case.hyd` as `case.fmu`.
-fn build(scratch: &Scratch, text: &str, version: &str) {
+pub(crate) fn build(scratch: &Scratch, text: &str, version: &str) {
     scratch.write("case.hyd", text);
     build_file(scratch, "case.hyd", version);
 }

@@ -8,6 +8,7 @@ use std::process::{Child, Command, Stdio};
 use hyd_tests::models::root;
 use serde_json::{Value, json};
 
+use crate::foreign_units::{MASS, build};
 use crate::process::{Scratch, command, run, wait};
 
 const DECAY: &str = "model Decay \"fades\"\n  parameter Real k(unit = \"1/s\", min = 0, max = 5) = 1 \"rate\";\n  parameter Integer n = 2;\n  \
@@ -149,14 +150,15 @@ fn mistakes_end_in_words() {
     folder.write("empty.csv", "time,x\n");
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
-    let cases: [(&[&str], u8, &str); 11] = [
+    let cases: [(&[&str], u8, &str); 12] = [
         (&["none.hyd"], 1, "there is no file `none.hyd`"),
         (&["none.csv"], 1, "there is no file `none.csv`"),
         (&["wrong.hyd"], 1, "unknown name `y`"),
         (&["text.csv"], 1, "`one` is not a number"),
         (&["empty.csv"], 1, "holds no rows"),
         (&["run.csv", "decay.hyd"], 2, "only the first file may be a model"),
-        (&["unit.fmu"], 2, "hyd simulate unit.fmu --result run.csv"),
+        (&["unit.fmu"], 1, "`unit.fmu`: the file cannot be read"),
+        (&["decay.hyd", "unit.fmu"], 2, "a unit of another tool comes first"),
         (&["notes.txt"], 2, "models end in .hyd or .mo"),
         (&["decay.hyd", "--set", "kk=2", "--output", "p.html"], 1, "did you mean `k`?"),
         (&["run.csv", "--output", "run.csv"], 2, "which this command reads"),
@@ -285,6 +287,27 @@ fn parameters_change_the_run() {
     let outside = refused(json!({"reading": 1, "set": {"k": "7"}, "columns": []}));
     assert!(outside["status"] == "refused" && outside["message"].as_str().unwrap().contains("5"), "{outside}");
     assert_eq!(refused(json!({"reading": 9, "set": {}}))["status"], "refused", "of another reading");
+}
+
+/// A unit of another tool is run with what its sliders say: its parameters, and what it is given.
+#[test]
+fn a_unit_is_looked_at_like_a_model() {
+    for version in ["2.0", "3.0"] {
+        let folder = Scratch::new();
+        build(&folder, MASS, version);
+        let viewer = Viewer::start(folder.path(), &["case.fmu"]);
+        let data = data(&viewer.page());
+        assert_eq!((&data["model"]["unit"], &data["model"]["runs"]), (&json!(true), &json!(true)));
+        assert_eq!([&variable(&data, "m")["s"], &variable(&data, "f")["s"]], [&json!(1), &json!(1)], "sliders");
+        let columns: Vec<u64> = ["x", "v"].iter().map(|name| variable(&data, name)["o"][0].as_u64().unwrap()).collect();
+        let set = json!({"f": "3", "m": "0.5"});
+        let (header, values) = viewer.run(&json!({"reading": data["reading"], "set": set, "columns": columns}));
+        assert_eq!(header["status"], "done", "{header}");
+        // m v' = f - v/2 from rest over 2 s.
+        let decayed = (-2.0_f32).exp();
+        let [x, v] = [0, 1].map(|k| values[k].last().copied().unwrap());
+        assert!((x - 6.0 * (1.0 + decayed)).abs() < 1e-4 && (v - 6.0 * (1.0 - decayed)).abs() < 1e-4, "{x} {v}");
+    }
 }
 
 #[test]

@@ -75,17 +75,13 @@ impl Flattener<'_, '_> {
         });
     }
 
-    /// The equations of the conditions of `when` statements.  Where one reads what the section ends with, it reads the variable.
+    /// The equations of the conditions of `when` statements.  Where one reads what the section ends with, it reads the variable: the same expression has
+    /// the same value, wherever it comes from, and levels keep a variable from being read before it is computed.
     fn emit_conditions(&mut self, assigned: &[(VarId, Typed)], cx: &Context, section: &Origin) {
-        let mut variables: FxHashMap<NodeId, NodeId> = FxHashMap::default();
-        if !cx.decided.is_empty() {
-            for (v, value) in assigned {
-                if is_operation(&self.model.templates.arena, value.node) {
-                    let slot = self.slots.slot(SlotKey::Variable(Kind::Var, *v, Affine::constant(0)));
-                    variables.entry(value.node).or_insert_with(|| self.model.templates.arena.slot(slot));
-                }
-            }
+        if cx.decided.is_empty() {
+            return;
         }
+        let variables = self.variables_of(assigned, |_, _| true);
         for (left, right, span) in &cx.decided {
             let known = variables.get(right).copied();
             let right = known.unwrap_or_else(|| replace_below(&mut self.model.templates.arena, *right, &variables));
@@ -97,12 +93,21 @@ impl Flattener<'_, '_> {
     /// The continuous variables that values are of: the others use the variable, so that a recurrence over n variables does not become
     /// expressions of n operations.
     fn variables_of_values(&mut self, assigned: &[(VarId, Typed)]) -> FxHashMap<NodeId, NodeId> {
+        self.variables_of(assigned, |flat, v| {
+            let variable = flat.variable_of(v);
+            (variable.variability, &variable.kind) == (Variability::Continuous, &ValueKind::Real)
+        })
+    }
+
+    /// The first of these variables that each value is assigned to, where the value takes some work.
+    fn variables_of(
+        &mut self,
+        assigned: &[(VarId, Typed)],
+        is_meant: impl Fn(&Self, VarId) -> bool,
+    ) -> FxHashMap<NodeId, NodeId> {
         let mut known = FxHashMap::default();
         for (v, value) in assigned {
-            let operation = is_operation(&self.model.templates.arena, value.node);
-            let variable = self.variable_of(*v);
-            let real = (variable.variability, &variable.kind) == (Variability::Continuous, &ValueKind::Real);
-            if operation && real {
+            if is_operation(&self.model.templates.arena, value.node) && is_meant(self, *v) {
                 let slot = self.slots.slot(SlotKey::Variable(Kind::Var, *v, Affine::constant(0)));
                 known.entry(value.node).or_insert_with(|| self.model.templates.arena.slot(slot));
             }
@@ -187,7 +192,7 @@ impl Flattener<'_, '_> {
     }
 }
 
-/// True for values of some work, and relations.
+/// True for nodes that are worth a variable: neither a number nor a variable itself.
 fn is_operation(arena: &Arena, value: NodeId) -> bool {
     matches!(
         arena.node(value),
