@@ -210,7 +210,13 @@ impl ClassTable<'_> {
                 let bases = shape.frames[from].visible.iter().skip(1).map(|&f| shape.frames[f as usize].class);
                 let bases: Vec<ClassId> = bases.collect();
                 let found = bases.into_iter().find_map(|base| Some((self.child(base, &name)?, base)));
-                found.map(|(original, base)| self.add_heir(original, parent, base))
+                let around = self.class(class).around.clone();
+                found.map(|(original, base)| {
+                    let extended = self.add_heir(original, parent, base);
+                    // What differs for an instance does so for what is extended, too.
+                    self.class_mut(extended).around = around;
+                    extended
+                })
             }
             _ => None,
         };

@@ -58,8 +58,8 @@ pub fn instantiate_apart<'s>(
         pending: FxHashMap::default(),
         redeclaring: FxHashMap::default(),
         added_inner: Vec::new(),
-        rebasing: Vec::new(),
-        rebased: FxHashMap::default(),
+        adapting: Vec::new(),
+        variants: FxHashMap::default(),
         contexts_of_bases: FxHashMap::default(),
         too_many: false,
         apart,
@@ -116,7 +116,7 @@ impl Scopes<'_> {
         for (k, element) in shape.elements.iter().enumerate() {
             if !element.component {
                 self.redeclare_in_time(inst, &shape, k);
-                self.rebase(inst, &shape, k);
+                self.adapt_local_class(inst, &shape, k);
             }
         }
         self.redeclaring.remove(&inst);

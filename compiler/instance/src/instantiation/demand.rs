@@ -41,7 +41,7 @@ impl Scopes<'_> {
         if let Some(&k) = shape.by_name.get(name) {
             self.redeclare_in_time(inst, shape, k as usize);
             self.redeclare_for_function(inst, shape, k as usize);
-            self.rebase(inst, shape, k as usize);
+            self.adapt_local_class(inst, shape, k as usize);
         }
     }
 

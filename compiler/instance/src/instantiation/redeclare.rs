@@ -63,18 +63,18 @@ impl Scopes<'_> {
             return;
         }
         let element = &shape.elements[k];
-        self.rebase(inst, shape, k);
-        let rebased = self.instances[inst].local_classes.get(&element.name).cloned();
+        self.adapt_local_class(inst, shape, k);
+        let adapted = self.instances[inst].local_classes.get(&element.name).cloned();
         let by_text = |table: &mut ClassTable<'_>| table.member_class(shape.frames[0].class, &element.name);
-        let Some(class) = rebased.as_ref().map(|local| local.class).or_else(|| by_text(&mut self.table)) else {
+        let Some(class) = adapted.as_ref().map(|local| local.class).or_else(|| by_text(&mut self.table)) else {
             return;
         };
         let kind = self.table.class(class).def.kind;
         if matches!(kind, ClassKind::Package | ClassKind::Function) {
             return;
         }
-        match rebased {
-            Some(rebased) => mods.extend(rebased.mods),
+        match adapted {
+            Some(adapted) => mods.extend(adapted.mods),
             None => mods.extend(self.kept_of_class(inst, shape, element, class)),
         }
         let package = self.instances[inst].kind == ClassKind::Package;
@@ -192,5 +192,3 @@ impl Scopes<'_> {
 pub(crate) fn applied_of(tree: AstMod, scope: Scope) -> Applied {
     Applied::new(Arc::new(tree), scope)
 }
-
-impl ClassTable<'_> {}

@@ -13,7 +13,7 @@ use crate::classes::modifier::{Applied, Mods};
 use crate::classes::shape::{Shape, ShapeElement};
 use crate::instantiation::instance::{InstId, Instance, LocalClass, Scope, chain, path};
 use crate::instantiation::missing_inner::AddedInner;
-use crate::instantiation::rebased::Rebased;
+use crate::instantiation::rebased::VariantKey;
 use crate::instantiation::tree::Instances;
 use crate::values::constructor::Input;
 use crate::values::value::{EnumType, Value};
@@ -107,9 +107,9 @@ pub struct Scopes<'s> {
     /// `inner` elements that no text declares.
     pub(crate) added_inner: Vec<AddedInner>,
     /// Local classes of instances whose bases are being looked for.
-    pub(crate) rebasing: Vec<(InstId, usize)>,
-    /// Local classes of instances that have other bases there than by the text.
-    pub(crate) rebased: FxHashMap<Rebased, ClassId>,
+    pub(crate) adapting: Vec<(InstId, usize)>,
+    /// Local classes of instances whose bases differ there from what the text alone says.
+    pub(crate) variants: FxHashMap<VariantKey, ClassId>,
     /// Instances that bases of such classes are elements of, where they are not those around the classes.
     pub(crate) contexts_of_bases: FxHashMap<ClassId, Vec<InstId>>,
     /// There are more components than there may be, and that has been said.
