@@ -3,6 +3,7 @@
 use hyd_source::Reported;
 use hyd_syntax::tree::ClassBody;
 
+use crate::classes::class::ClassId;
 use crate::classes::heir::Level;
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
@@ -29,7 +30,8 @@ impl Scopes<'_> {
         if let Some(scope) = self.scope_of_level(inst, around) {
             return Ok(Some(scope));
         }
-        let inst = self.package_of(&LocalClass::plain(around.members))?;
+        let package = self.local_of(inst, around.members);
+        let inst = self.package_of(&package)?;
         let shape = self.table.shape(around.members)?;
         let frame = shape.frames.iter().position(|f| f.class == around.text).unwrap_or(0);
         Ok(Some(Scope { inst, frame: frame as u32 }))
@@ -47,6 +49,31 @@ impl Scopes<'_> {
             open.extend(self.contexts(around));
         }
         None
+    }
+
+    /// A class that is named from an instance: an element of the instance around it whose text it is written in, if any.
+    pub(crate) fn local_of(&self, inst: InstId, class: ClassId) -> LocalClass {
+        let mut open = self.contexts(inst);
+        while let Some(around) = open.pop() {
+            if self.is_written_in(around, class) {
+                return LocalClass { context: Some(around), ..LocalClass::plain(class) };
+            }
+            open.extend(self.contexts(around));
+        }
+        LocalClass::plain(class)
+    }
+
+    /// True if the text of a class stands in that of an instance's class, however deep: it reads constants of the instance.
+    pub(crate) fn is_written_in(&self, inst: InstId, class: ClassId) -> bool {
+        let Some(shape) = &self.instances[inst].shape else { return false };
+        let mut level = self.table.outwards(Level { members: class, text: class });
+        while let Some(around) = level {
+            if shape.frames.iter().any(|frame| frame.class == around.members) {
+                return true;
+            }
+            level = self.table.outwards(around);
+        }
+        false
     }
 
     /// The instances that the class of an instance and its bases are elements of, that of the class last.

@@ -96,7 +96,7 @@ impl Scopes<'_> {
         loop {
             let found = self.table.seen(level, name).or_else(|| self.table.imported(level.text, name));
             if let Some(class) = found {
-                return Some(LocalClass::plain(class));
+                return Some(self.local_of(scope.inst, class));
             }
             let Some(next) = self.table.outwards(level) else { break };
             *depth += 1;
@@ -112,15 +112,10 @@ impl Scopes<'_> {
         self.table.top(name).map(LocalClass::plain)
     }
 
-    /// A class of a package that is an element of the instance `context`: what a short definition of that package redeclares is text of
-    /// the instance's class, and its names mean what they mean in the instance.
+    /// A class of a package that is an element of the instance `context`: where its text is part of that of the instance's class, its names
+    /// mean what they mean in the instance.
     fn read_in(&self, context: Option<InstId>, class: ClassId) -> LocalClass {
-        let text = self.table.class(class).parent;
-        let is_own = |inst: &InstId| {
-            let shape = self.instances[*inst].shape.as_ref();
-            shape.is_some_and(|shape| shape.frames.iter().any(|frame| Some(frame.class) == text))
-        };
-        LocalClass { context: context.filter(is_own), ..LocalClass::plain(class) }
+        LocalClass { context: context.filter(|&inst| self.is_written_in(inst, class)), ..LocalClass::plain(class) }
     }
 
     /// For an `outer` class: where the `inner` class of that name is declared.
@@ -357,7 +352,8 @@ impl Scopes<'_> {
                     None => self.enclosing_constant(around, name, levels),
                 };
             }
-            if let Some(inst) = self.package_constant(&LocalClass::plain(next.members), name)? {
+            let package = self.local_of(scope.inst, next.members);
+            if let Some(inst) = self.package_constant(&package, name)? {
                 return Ok(Some(inst));
             }
             level = next;
