@@ -195,7 +195,11 @@ impl Scopes<'_> {
     /// Components that can be named from a scope.
     fn names_from(&self, scope: Scope) -> Vec<Name> {
         let instance = &self.instances[scope.inst];
-        let mut names: Vec<Name> = instance.by_name.keys().cloned().collect();
+        let named = instance.by_name.iter().filter(|(_, inst)| {
+            let is_own = self.instances[**inst].parent == Some(scope.inst);
+            !(is_own && self.is_added_inner(**inst))
+        });
+        let mut names: Vec<Name> = named.map(|(name, _)| name.clone()).collect();
         if let Some(shape) = &instance.shape {
             names.extend(shape.elements.iter().filter(|e| e.component).map(|e| e.name.clone()));
         }
@@ -233,6 +237,14 @@ impl Scopes<'_> {
         let constant = self.table.suggest_constant(&last.name);
         let message = format!("unknown name `{name}` in `{class}`");
         let diagnostic = Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared");
+        let added = self.instances[scope.inst].by_name.get(&first.name);
+        if added.is_some_and(|&inst| self.is_added_inner(inst) && self.instances[inst].parent == Some(scope.inst)) {
+            let help = format!(
+                "the element `{name}` that is added for an `outer` one is not part of the text: declare it as `inner`"
+            );
+            self.table.report(diagnostic.help(help));
+            return;
+        }
         let names = || names.iter().map(|n| n.as_ref());
         let diagnostic = match (constant, own, closest(name, names())) {
             (Some(help), _, _) => diagnostic.help(help),

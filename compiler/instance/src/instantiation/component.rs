@@ -52,7 +52,7 @@ impl Scopes<'_> {
             }
             let inner = self.bind_outer(parent, declaration, type_scope)?;
             self.check_inner(inner, declaration, type_scope)?;
-            self.check_added(inner, declaration, type_scope)?;
+            self.check_added(inner, parent, declaration, type_scope)?;
             if !declaration.prefixes.inner {
                 return Ok(());
             }

@@ -1,19 +1,23 @@
 //! `outer` elements that no enclosing model declares an `inner` for: one is added at the top where what is wanted is clear, which a warning
 //! says (Modelica 3.6, section 5.4), else that is an error.
 //!
-//! What is clear: all `outer` elements of the name are components of one class, which is a model or a record and not partial.  Where an
-//! enclosing model has an `inner` element of a fitting class and another name, or the element without `inner`, a second one beside it would
-//! hardly be meant.
+//! What is clear: all `outer` elements of the name are components of one class, of which the same is said, and which is a model or a record
+//! and not partial.  Where an enclosing model has an `inner` element of the class and another name, or a fitting one of the name without the
+//! prefix `inner`, a second one beside it would hardly be meant.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use hyd_source::{Code, Diagnostic, Reported, Span};
-use hyd_syntax::tree::{Argument, ClassKind, Component, ElementPrefixes, ExprKind, Modification, Name};
+use hyd_syntax::print_expr;
+use hyd_syntax::tree::{
+    Argument, ClassBody, ClassKind, Component, ElementPrefixes, Expr, ExprKind, Modification, Name,
+};
 
 use crate::classes::class::ClassId;
-use crate::classes::modifier::Mods;
+use crate::classes::modifier::{AstMod, Mods};
 use crate::classes::shape::Shape;
-use crate::instantiation::instance::{InstId, Instance, LocalClass, Scope};
+use crate::instantiation::instance::{InstId, Instance, LocalClass, Scope, chain};
 use crate::instantiation::scopes::Scopes;
 use crate::instantiation::type_of::TypeOf;
 
@@ -22,13 +26,38 @@ use crate::instantiation::type_of::TypeOf;
 pub(crate) struct AddedInner {
     /// The element.
     inst: InstId,
-    /// Its class where that is written, wherever it was inherited to.
-    class: ClassId,
-    /// The first `outer` declaration of it, and the component of the model's own text that this stands in, if it is elsewhere.
+    /// What its `outer` elements want.
+    wanted: Wanted,
+    /// The component with the first `outer` declaration of it, this, and the component of the model's own text that it stands in, if it is
+    /// elsewhere.
+    parent: InstId,
     outer: Span,
     user: Option<Span>,
+    /// An `outer` element outside of arrays without elements means it.
+    needed: bool,
     /// Other `outer` elements want another class, which has been said.
     refused: bool,
+}
+
+/// The class that an `outer` element wants.
+#[derive(Debug)]
+struct Wanted {
+    /// The class where that is written, wherever it was inherited to and whatever short names it has.
+    class: ClassId,
+    /// What is said of it for the instance.
+    mods: Mods,
+    /// A declaration elsewhere that names the class means the same.
+    by_text: bool,
+}
+
+/// An element around a component that keeps an `inner` one from being added.
+enum Near {
+    /// One of the name that fits and lacks the prefix `inner`.
+    Unmarked(Span),
+    /// An `inner` one of the class and another name.
+    OtherName(Name, Span),
+    /// Something else of the name in the model that is run.
+    InTheWay(Span),
 }
 
 impl Scopes<'_> {
@@ -44,19 +73,9 @@ impl Scopes<'_> {
             Ok(TypeOf::Class(local, shape)) if self.can_be_added(&local, &shape) => Some((local, shape)),
             _ => None,
         };
-        let near = self.near_inner(parent, name, of_class.as_ref().map(|(local, _)| local.class));
-        let Some((local, shape)) = of_class.filter(|_| near.is_none() && declaration.dims.is_empty()) else {
-            let message = format!("no enclosing model declares `inner {name}`");
-            let said = Diagnostic::error(Code::UnknownName, message).at(declaration.name.span, "`outer` here");
-            let said = match near {
-                Some((own, at)) if own == *name => said
-                    .with(at, "declared without `inner`")
-                    .help(format!("`inner` and `outer` belong together: is `inner` missing at `{own}`?")),
-                Some((own, at)) => said
-                    .with(at, "an `inner` of another name")
-                    .help(format!("`inner` and `outer` must have one name: is `{own}` meant?")),
-                None => self.with_other_inner(said, parent, name),
-            };
+        self.refuse_beside(parent, declaration, of_class.as_ref().map(|(local, _)| local.class))?;
+        let Some((local, shape)) = of_class.filter(|_| declaration.dims.is_empty()) else {
+            let said = self.with_other_inner(no_inner(declaration), parent, name);
             self.table.report(said);
             return Err(Reported);
         };
@@ -73,9 +92,16 @@ impl Scopes<'_> {
         self.fill(inst, root, &own);
         self.instances.edit(root).children.push(inst);
         self.instances.edit(root).by_name.insert(name.clone(), inst);
-        let class = self.table.class(local.class).original.unwrap_or(local.class);
-        let user = self.user_of_outer(parent, declaration.name.span);
-        let added = AddedInner { inst, class, outer: declaration.name.span, user, refused: false };
+        let wanted = self.wanted(&local);
+        let added = AddedInner {
+            inst,
+            wanted,
+            parent,
+            outer: declaration.name.span,
+            user: self.user_of_outer(parent, declaration.name.span),
+            needed: self.has_elements(parent),
+            refused: false,
+        };
         self.added_inner.push(added);
         let depth = std::mem::take(&mut self.depth);
         let made = self.make_component(inst, local, shape, Mods::new(), &own);
@@ -84,6 +110,54 @@ impl Scopes<'_> {
             self.instances.edit(inst).broken = true;
         }
         Ok(inst)
+    }
+
+    fn has_elements(&self, inst: InstId) -> bool {
+        chain(&self.instances, inst).into_iter().all(|around| !self.instances[around].dims.contains(&0))
+    }
+
+    fn wanted(&mut self, local: &LocalClass) -> Wanted {
+        let class = self.without_short_names(local.class);
+        let by_text = local.mods.is_empty() && self.table.class(class).around.is_empty();
+        Wanted { class, mods: local.mods.clone(), by_text }
+    }
+
+    /// The class that a short definition which says nothing more of it is another name of, where that is written.
+    fn without_short_names(&mut self, mut class: ClassId) -> ClassId {
+        while let ClassBody::Short { modification, dims, .. } = &self.table.class(class).def.body
+            && modification.arguments.is_empty()
+            && dims.is_empty()
+            && let Ok(shape) = self.table.shape(class)
+            && let Some(base) = shape.frames.get(1)
+        {
+            class = base.class;
+        }
+        self.table.class(class).original.unwrap_or(class)
+    }
+
+    /// Says that no `inner` element can be added beside what is around a component.
+    fn refuse_beside(
+        &mut self,
+        parent: InstId,
+        declaration: &Component,
+        wanted: Option<ClassId>,
+    ) -> Result<(), Reported> {
+        let name = &declaration.name.name;
+        let Some(near) = self.near_inner(parent, name, wanted) else { return Ok(()) };
+        let said = no_inner(declaration);
+        let said = match near {
+            Near::Unmarked(at) => said
+                .with(at, "declared without `inner`")
+                .help(format!("`inner` and `outer` belong together: is `inner` missing at `{name}`?")),
+            Near::OtherName(own, at) => said
+                .with(at, "an `inner` of another name")
+                .help(format!("`inner` and `outer` must have one name: is `{own}` meant?")),
+            Near::InTheWay(at) => said
+                .with(at, "something else of this name")
+                .help(format!("give this another name and declare `inner ... {name};` in the model that is run")),
+        };
+        self.table.report(said);
+        Err(Reported)
     }
 
     /// The component of the model's own text that a declaration of another file stands in.
@@ -104,33 +178,49 @@ impl Scopes<'_> {
         has_defaults && !def.partial && shape.builtin.is_none()
     }
 
-    /// An element around a component that is likely the one that `outer name` means: of its name without `inner`, or an `inner` one of
-    /// another name and a class that fits.
-    fn near_inner(&mut self, parent: InstId, name: &Name, wanted: Option<ClassId>) -> Option<(Name, Span)> {
+    /// An element around a component that is likely the one that `outer name` means, or that is in the way of one.
+    fn near_inner(&mut self, parent: InstId, name: &Name, wanted: Option<ClassId>) -> Option<Near> {
+        let root = self.instances.tree().root;
         let mut current = self.instances[parent].parent;
         let mut near = None;
         while let Some(above) = current {
             current = self.instances[above].parent;
             let Some(shape) = self.instances[above].shape.clone() else { continue };
             for element in &shape.elements {
-                let Some(own) = self.declared(&shape, element) else { continue };
+                let Some(own) = self.declared(&shape, element) else {
+                    if above == root && element.name == *name {
+                        let class = self.table.member_class(shape.frames[0].class, name)?;
+                        return Some(Near::InTheWay(self.table.class(class).def.name.span));
+                    }
+                    continue;
+                };
+                let class = self.class_quietly(Scope { inst: above, frame: element.frame }, &own.class);
                 if element.name == *name && !own.prefixes.outer {
-                    return Some((name.clone(), own.name.span));
-                }
-                let scope = Scope { inst: above, frame: element.frame };
-                if own.prefixes.inner && near.is_none() && self.fits(scope, &own, wanted) {
-                    near = Some((element.name.clone(), own.name.span));
+                    let fits = wanted.is_none_or(|wanted| {
+                        class.is_some_and(|class| self.quietly(|s| s.table.why_not(class, wanted)).is_none())
+                    });
+                    match fits {
+                        true => return Some(Near::Unmarked(own.name.span)),
+                        false if above == root => return Some(Near::InTheWay(own.name.span)),
+                        false => {}
+                    }
+                } else if own.prefixes.inner
+                    && near.is_none()
+                    && let (Some(class), Some(wanted)) = (class, wanted)
+                    && self.is_or_extends(class, wanted)
+                {
+                    near = Some(Near::OtherName(element.name.clone(), own.name.span));
                 }
             }
         }
         near
     }
 
-    /// True if a component is of a class that can stand for `wanted`.
-    fn fits(&mut self, scope: Scope, component: &Component, wanted: Option<ClassId>) -> bool {
-        let Some(wanted) = wanted else { return false };
-        let found = self.class_quietly(scope, &component.class);
-        found.is_some_and(|found| self.quietly(|scopes| scopes.table.why_not(found, wanted)).is_none())
+    /// True if a class is `base`, or inherits from it.  That it has the same elements is no sign that it is meant.
+    fn is_or_extends(&mut self, class: ClassId, base: ClassId) -> bool {
+        let base = self.without_short_names(base);
+        let Ok(shape) = self.quietly(|scopes| scopes.table.shape(class)) else { return false };
+        shape.frames.iter().any(|frame| self.without_short_names(frame.class) == base)
     }
 
     /// Adds `inner` elements of other names that are around a component to the message about one that is not there.
@@ -155,51 +245,94 @@ impl Scopes<'_> {
         }
     }
 
-    /// All `outer` elements that mean an added one must be of its class.
+    /// All `outer` elements that mean an added one must be of its class, and none that is meant otherwise may be around them.
     pub(crate) fn check_added(
         &mut self,
         inner: InstId,
+        parent: InstId,
         declaration: &Component,
         type_scope: Scope,
     ) -> Result<(), Reported> {
         let Some(k) = self.added_inner.iter().position(|added| added.inst == inner) else { return Ok(()) };
         let Ok(TypeOf::Class(local, _)) = self.type_of(type_scope, &declaration.class) else { return Ok(()) };
-        let class = self.table.class(local.class).original.unwrap_or(local.class);
-        let added = &mut self.added_inner[k];
-        if class == added.class {
+        self.refuse_beside(parent, declaration, Some(local.class))?;
+        let wanted = self.wanted(&local);
+        let span = declaration.name.span;
+        if self.added_inner[k].wanted.is_same(&wanted) {
+            if !self.added_inner[k].needed && self.has_elements(parent) {
+                let user = self.user_of_outer(parent, span);
+                let added = &mut self.added_inner[k];
+                (added.parent, added.outer, added.user, added.needed) = (parent, span, user, true);
+            }
             return Ok(());
         }
+        let added = &mut self.added_inner[k];
         added.refused = true;
-        let (first, at) = (added.class, added.outer);
-        let (first, other) = (self.table.full_name(first), self.table.full_name(class));
+        let (first, first_parent, at) = (added.wanted.class, added.parent, added.outer);
+        let (first, other) = (self.table.full_name(first), self.table.full_name(wanted.class));
         let name = &declaration.name.name;
-        let message =
-            format!("no enclosing model declares `inner {name}`, which is wanted as `{first}` and as `{other}`");
-        let said = Diagnostic::error(Code::UnknownName, message)
-            .at(declaration.name.span, format!("`outer` here, a `{other}`"))
-            .with(at, format!("and here, a `{first}`"));
+        let message = format!("no enclosing model declares `inner {name}`, which is wanted as ");
+        let said = match first == other {
+            false => Diagnostic::error(Code::UnknownName, format!("{message}`{first}` and as `{other}`"))
+                .at(span, format!("`outer` here, a `{other}`"))
+                .with(at, format!("and here, a `{first}`")),
+            true => {
+                let (here, there) = self.where_apart(parent, first_parent);
+                let message = format!("{message}two classes that are both `{first}` by the text");
+                Diagnostic::error(Code::UnknownName, message)
+                    .at(span, "`outer` here")
+                    .with(there, "modified or redeclared for this component")
+                    .with(here, "and otherwise for this one")
+            }
+        };
         self.table.report(said.help(format!("declare `inner ... {name};` in the model that is run")));
         Err(Reported)
     }
 
-    /// Says which `inner` elements were added.
+    /// The declarations of the outermost components around two others in which they part.
+    fn where_apart(&self, a: InstId, b: InstId) -> (Span, Span) {
+        let (a, b) = (chain(&self.instances, a), chain(&self.instances, b));
+        let place = |inst: InstId| self.instances[inst].span;
+        let apart = a.iter().zip(&b).map(|(&a, &b)| (place(a), place(b))).find(|(a, b)| a != b);
+        apart.unwrap_or((place(a[a.len() - 1]), place(b[b.len() - 1])))
+    }
+
+    /// True for an element that no text declares.
+    pub(crate) fn is_added_inner(&self, inst: InstId) -> bool {
+        self.added_inner.iter().any(|added| added.inst == inst)
+    }
+
+    /// Says which `inner` elements were added, and takes back those that only arrays without elements wanted.
     pub(crate) fn tell_added_inner(&mut self) {
-        for added in std::mem::take(&mut self.added_inner) {
-            if added.refused || self.has_failed(added.inst) {
+        for k in 0..self.added_inner.len() {
+            let added = &self.added_inner[k];
+            let (inst, outer, user, by_text) = (added.inst, added.outer, added.user, added.wanted.by_text);
+            let (name, class) = (self.instances[inst].name.clone(), self.table.full_name(added.wanted.class));
+            if added.refused || self.has_failed(inst) {
                 continue;
             }
-            let (name, class) = (self.instances[added.inst].name.clone(), self.table.full_name(added.class));
-            let message = format!("no enclosing model declares `inner {name}`: `{class}` is added with its defaults");
-            let mut said = Diagnostic::warning(Code::AddedInner, message);
-            said = match added.user {
-                Some(user) => said.at(user, "needed by this component").with(added.outer, "`outer` here"),
-                None => said.at(added.outer, "`outer` here"),
+            if !added.needed {
+                let root = self.instances.tree().root;
+                self.instances.edit(root).children.retain(|&child| child != inst);
+                self.instances.edit(root).by_name.remove(&name);
+                continue;
+            }
+            let message = format!("no enclosing model declares `inner {name}`: `{class}` is added");
+            let message = match by_text {
+                true => format!("{message} with its defaults"),
+                false => format!("{message} as it is modified or redeclared around the `outer` element"),
             };
-            let text = self.instances[added.inst].shape.clone().and_then(|shape| self.missing_inner_message(&shape));
+            let mut said = Diagnostic::warning(Code::AddedInner, message);
+            said = match user {
+                Some(user) => said.at(user, "needed by this component").with(outer, "`outer` here"),
+                None => said.at(outer, "`outer` here"),
+            };
+            let text = self.instances[inst].shape.clone().and_then(|shape| self.missing_inner_message(&shape));
             let said = said.maybe_help(
                 text.map(|text| format!("`{class}` says: {}", text.split_whitespace().collect::<Vec<_>>().join(" "))),
             );
-            self.table.report(said.help(format!("declare `inner {class} {name};` in the model that is run")));
+            let own = if by_text { class } else { "...".to_string() };
+            self.table.report(said.help(format!("declare `inner {own} {name};` in the model that is run")));
         }
     }
 
@@ -219,5 +352,47 @@ impl Scopes<'_> {
             })
         };
         shape.frames.iter().find_map(|frame| self.table.class(frame.class).def.annotation.as_ref().and_then(said))
+    }
+}
+
+fn no_inner(declaration: &Component) -> Diagnostic {
+    let message = format!("no enclosing model declares `inner {}`", declaration.name.name);
+    Diagnostic::error(Code::UnknownName, message).at(declaration.name.span, "`outer` here")
+}
+
+impl Wanted {
+    /// True for the same class of which the same is said.
+    fn is_same(&self, other: &Wanted) -> bool {
+        self.class == other.class
+            && self.mods.len() == other.mods.len()
+            && self.mods.iter().zip(&other.mods).all(|(a, b)| says_the_same(&a.tree, &b.tree, a.scope == b.scope))
+    }
+}
+
+/// True if two modifications say the same; names mean the same only in one scope.
+fn says_the_same(a: &Arc<AstMod>, b: &Arc<AstMod>, in_one_scope: bool) -> bool {
+    if Arc::ptr_eq(a, b) && in_one_scope {
+        return true;
+    }
+    let is_bound_alike = match (&a.binding, &b.binding) {
+        (None, None) => true,
+        (Some(x), Some(y)) => (in_one_scope || is_literal(x)) && print_expr(x) == print_expr(y),
+        _ => false,
+    };
+    let children = a.children.iter().zip(&b.children);
+    is_bound_alike
+        && a.redeclare.is_none()
+        && b.redeclare.is_none()
+        && a.children.len() == b.children.len()
+        && children.into_iter().all(|((x, a), (y, b))| x == y && says_the_same(a, b, in_one_scope))
+}
+
+/// True for an expression without names.
+fn is_literal(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Integer(_) | ExprKind::Real(_) | ExprKind::Text(_) | ExprKind::Boolean(_) => true,
+        ExprKind::Unary(_, of) => is_literal(of),
+        ExprKind::Array(items) => items.iter().all(is_literal),
+        _ => false,
     }
 }
