@@ -274,15 +274,7 @@ impl<'t> Builder<'t> {
             Some(arguments) => {
                 let span = span.to(self.span(&arguments));
                 let arguments = self.arguments(arguments);
-                match (reference.parts.as_slice(), arguments) {
-                    // `array(a, b)` is `{a, b}` (Modelica 3.6, section 10.4).
-                    ([only], Arguments::List { positional, named })
-                        if &*only.name.name == "array" && named.is_empty() && !positional.is_empty() =>
-                    {
-                        Expr { kind: ExprKind::Array(positional), span }
-                    }
-                    (_, arguments) => Expr { kind: ExprKind::Call(reference, arguments), span },
-                }
+                Expr { kind: ExprKind::Call(reference, arguments), span }
             }
             None => Expr { kind: ExprKind::Ref(reference), span },
         }

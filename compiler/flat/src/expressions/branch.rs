@@ -117,9 +117,8 @@ impl Flattener<'_, '_> {
         }
         let test = self.lower(condition, cx, &[])?;
         self.want_boolean(condition.span, "a condition", &test)?;
-        // In a function a condition known here decides: the other side may never end.
-        let known = if cx.depth > 0 { self.model.templates.arena.as_constant(test.node) } else { None };
-        Ok(match known {
+        // A condition known here decides: the other side may never end, or name elements that do not exist.
+        Ok(match self.model.templates.arena.as_constant(test.node) {
             Some(0.0) => Test::Never,
             Some(_) => Test::Always,
             None => Test::Run(test.node),

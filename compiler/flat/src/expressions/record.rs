@@ -6,6 +6,7 @@ use hyd_syntax::tree::{ComponentRef, Ident, RefPart};
 use hyd_typed::{Base, Expr, Iterator, Kind, Local as Path, Type, Variable};
 
 use crate::expressions::lower::MAX_TERMS;
+use crate::expressions::record_made::none_of;
 use crate::expressions::value::Fields;
 use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
@@ -235,7 +236,10 @@ impl Flattener<'_, '_> {
                 let message = format!("the size {count} is negative or above {MAX_TERMS}");
                 return Err(self.error(Code::ArrayShape, size.span, message));
             };
-            value = self.stacked(span, vec![value; count])?;
+            value = match count {
+                0 => none_of(value, &[0]),
+                _ => self.stacked(span, vec![value; count])?,
+            };
         }
         Ok(Some(value))
     }

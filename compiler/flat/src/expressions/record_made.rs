@@ -7,6 +7,7 @@ use hyd_source::{Code, Span};
 use hyd_syntax::tree::{Arguments, Expr as Text, Ident, Name};
 use hyd_typed::{Construction, Expr, Kind};
 
+use crate::functions::function::MAX_CALLS;
 use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::Flattener;
 use crate::state::node::Typed;
@@ -123,6 +124,31 @@ impl<'s> RecordMaker<'s> for Nodes<'_, '_, 's> {
     fn array(&mut self, span: Span, items: Vec<Local>) -> Result<Local, Fail> {
         self.flat.stacked(span, items)
     }
+
+    /// The fields of one record say what sizes those of none have.
+    fn no_elements(&mut self, span: Span, local: &LocalClass, sizes: &[usize]) -> Result<Local, Fail> {
+        if self.cx.depth >= MAX_CALLS {
+            let message = format!("records are nested deeper than {MAX_CALLS} levels");
+            return Err(self.flat.error(Code::Limit, span, message));
+        }
+        let mut cx = self.inside(self.cx.scope, &self.cx.names);
+        let mut one = Nodes { flat: self.flat, cx: &mut cx, record: self.record, set_later: true };
+        let one = construct(&mut one, local, Vec::new(), None)?;
+        Ok(none_of(one, sizes))
+    }
+}
+
+/// An array without elements of values like one.
+pub(crate) fn none_of(one: Local, sizes: &[usize]) -> Local {
+    let longer = |shape: Vec<usize>| sizes.iter().copied().chain(shape).collect::<Vec<_>>();
+    let fields =
+        |list: Vec<(Name, Local)>| list.into_iter().map(|(name, field)| (name, none_of(field, sizes))).collect();
+    match one {
+        Local::Record(list) => Local::Records(fields(list), sizes.to_vec()),
+        Local::Records(list, shape) => Local::Records(fields(list), longer(shape)),
+        Local::Array(_, shape) => Local::array(Vec::new(), longer(shape)),
+        _ => Local::array(Vec::new(), sizes.to_vec()),
+    }
 }
 
 impl Flattener<'_, '_> {
@@ -135,9 +161,8 @@ impl Flattener<'_, '_> {
         cx: &mut Context,
     ) -> Result<Local, Fail> {
         let Arguments::List { positional, named } = &*made.arguments else { return Err(Fail::Reported) };
-        if cx.depth >= crate::functions::function::MAX_CALLS {
-            let message =
-                format!("functions call each other deeper than {} levels", crate::functions::function::MAX_CALLS);
+        if cx.depth >= MAX_CALLS {
+            let message = format!("functions call each other deeper than {MAX_CALLS} levels");
             return Err(self.error(Code::Limit, span, message));
         }
         let given = self.scopes.constructor_arguments(&made.record, span, positional, named)?;

@@ -107,10 +107,43 @@ impl Flattener<'_, '_> {
             }
         }
         if total == 0 {
-            let none = |v: &Declaration| (v.name.name.clone(), Local::array(Vec::new(), outer.clone()));
-            results = callee.outputs().map(none).collect();
+            return Ok(self.results_of_no_calls(callee, &values, &outer, cx));
         }
         Ok(results)
+    }
+
+    /// What calls for arrays without elements give: arrays without elements, of the sizes that the outputs have by their declarations.
+    fn results_of_no_calls(
+        &mut self,
+        callee: &Function,
+        values: &[Argument],
+        outer: &[usize],
+        cx: &Context,
+    ) -> Vec<(Name, Local)> {
+        let zero = self.literal(0.0, ScalarType::Real);
+        let mut inner = cx.inside(callee);
+        for (input, value) in callee.inputs().zip(values) {
+            let one = match &value.local {
+                Local::Array(_, shape) if !value.outer.is_empty() => match &shape[value.outer.len()..] {
+                    [] => Local::Node(zero.clone()),
+                    own => Local::array(vec![zero.clone(); own.iter().product()], own.to_vec()),
+                },
+                other => other.clone(),
+            };
+            inner.names.push((input.name.name.clone(), one));
+        }
+        let mut results = Vec::new();
+        for output in callee.outputs() {
+            inner.scope.frame = output.frame;
+            let sizes = self.quietly(|flat| flat.local_sizes(output, &mut inner));
+            // What asks for values that there are not has no elements.
+            let own = sizes.unwrap_or_else(|_| vec![0; output.dims.len()]);
+            let sizes: Vec<usize> = outer.iter().copied().chain(own).collect();
+            let form = self.quietly(|flat| flat.declared_form(&output.name, &output.ty.base, &sizes, &inner));
+            let none = form.map(|form| form.local(&mut std::iter::repeat(zero.node)));
+            results.push((output.name.name.clone(), none.unwrap_or_else(|_| Local::array(Vec::new(), sizes))));
+        }
+        results
     }
 
     /// The values of all inputs in their order, defaults in place of those not given.

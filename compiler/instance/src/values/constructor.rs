@@ -104,6 +104,8 @@ pub trait RecordMaker<'s> {
     fn record(&mut self, local: &LocalClass, fields: Vec<(Name, Self::Value)>) -> Self::Value;
     /// Values as an array with one dimension more.
     fn array(&mut self, span: Span, items: Vec<Self::Value>) -> Result<Self::Value, Self::Fail>;
+    /// An array of records of a class with these sizes, the first of which is 0.
+    fn no_elements(&mut self, span: Span, local: &LocalClass, sizes: &[usize]) -> Result<Self::Value, Self::Fail>;
 }
 
 /// Deepest nesting of records in records.
@@ -177,6 +179,9 @@ fn make_array<'s, M: RecordMaker<'s>>(
     let Some((&size, rest)) = sizes.split_first() else {
         return make(maker, levels, local, (said, at), Vec::new(), None);
     };
+    if size == 0 {
+        return maker.no_elements(span, local, sizes);
+    }
     let mut items = Vec::with_capacity(size);
     for k in 1..=size {
         at.push(k);

@@ -161,16 +161,43 @@ impl Scopes<'_> {
         if count == 0 {
             outputs.resize_with(called.outputs.len(), Vec::new);
         }
-        let sizes = || {
-            let mut arrays = given.iter().zip(called.components).zip(&outer).filter(|(_, outer)| **outer);
-            let of_element = arrays.next().and_then(|((value, own), _)| {
-                let sizes = value.as_ref()?.shape();
-                let declared = own.component.dims.len();
-                Some(sizes[1..sizes.len().saturating_sub(declared).max(1)].to_vec())
-            });
-            of_element.unwrap_or_default()
+        if count > 0 {
+            return Ok(Some(outputs.into_iter().map(Value::array).collect()));
+        }
+        let mut arrays = given.iter().zip(called.components).zip(&outer).filter(|(_, outer)| **outer);
+        let of_element = arrays.next().and_then(|((value, own), _)| {
+            let sizes = value.as_ref()?.shape();
+            let declared = own.component.dims.len();
+            Some(sizes[1..sizes.len().saturating_sub(declared).max(1)].to_vec())
+        });
+        let of_calls = of_element.unwrap_or_default();
+        let of_outputs = self.sizes_of_outputs(called, &given, &outer);
+        let sizes = of_outputs.into_iter().map(|own| of_calls.iter().copied().chain(own).collect::<Vec<_>>());
+        Ok(Some(sizes.map(|sizes| Value::array_of(Vec::new(), || sizes)).collect()))
+    }
+
+    /// The sizes that outputs have by their declarations where no call says them: inputs are arrays of the sizes that their elements would
+    /// have.  What asks for values that there are not has no elements.
+    fn sizes_of_outputs(&mut self, called: &Called<'_>, given: &[Option<Value>], outer: &[bool]) -> Vec<Vec<usize>> {
+        let mut inner = Env { calls: called.calls, functions: called.functions.to_vec(), ..Env::default() };
+        let one = |value: &Value, own: &Component| {
+            let sizes = value.shape();
+            Value::filled(Value::Integer(0), &sizes[sizes.len().saturating_sub(own.dims.len())..])
         };
-        Ok(Some(outputs.into_iter().map(|list| Value::array_of(list, sizes)).collect()))
+        let values = given.iter().zip(called.components).zip(outer).map(|((value, own), is_outer)| match value {
+            Some(value) if *is_outer => Some(one(value, &own.component)),
+            other => other.clone(),
+        });
+        let values = values.collect();
+        let _ = self.quietly(|scopes| scopes.set_components(called, values, &mut inner));
+        let mut all = Vec::with_capacity(called.outputs.len());
+        for output in called.outputs {
+            let frame = called.components.iter().find(|own| own.component.name.name == output.name.name);
+            let scope = Scope { inst: called.inst, frame: frame.map_or(0, |own| own.frame) };
+            let sizes = self.quietly(|scopes| scopes.local_sizes(output, scope, &inner));
+            all.push(sizes.unwrap_or_else(|_| vec![0; output.dims.len()]));
+        }
+        all
     }
 
     /// Dimensions that the type of a variable of a function has by itself.

@@ -14,7 +14,7 @@ use hyd_syntax::tree::{
 };
 
 use crate::classes::modifier::Applied;
-use crate::instantiation::instance::{InstId, ScalarType, Scope, path};
+use crate::instantiation::instance::{InstId, ScalarType, Scope, full_dims, path};
 use crate::instantiation::scopes::{Known, Scopes};
 use crate::values::evaluate::Env;
 use crate::values::override_value::read_value;
@@ -122,6 +122,11 @@ impl Scopes<'_> {
         let start = primitive.attributes.iter().find(|(n, _)| n.as_ref() == "start").map(|(_, a)| a.clone());
         let Some(applied) = primitive.binding.clone().or(start) else {
             let declared = instance.span;
+            let own = instance.dims.clone();
+            if full_dims(&self.instances, inst).contains(&0) {
+                // Nobody asks for the value of an element that does not exist.
+                return Ok(Value::filled(Value::Real(0.0), &own));
+            }
             let message = Diagnostic::error(Code::NoValue, format!("the parameter `{name}` has no value"));
             let message = match self.users_line(inst) {
                 Some(component) => message.at(component, "of this component").with(span, "needed here"),

@@ -54,6 +54,11 @@ impl Scopes<'_> {
         Ok((is_record && !self.has_constructors(local.class)).then_some(local))
     }
 
+    fn as_array(&mut self, scope: Scope, expr: &Expr) -> Option<Expr> {
+        let ExprKind::Call(function, arguments) = &expr.kind else { return None };
+        self.array_of_call(scope, function, arguments, expr.span)
+    }
+
     fn fills(&mut self, scope: Scope, expr: &Expr) -> bool {
         matches!(&expr.kind, ExprKind::Call(function, _) if self.predefined(scope, function) == Some(Builtin::Fill))
     }
@@ -74,6 +79,9 @@ impl Scopes<'_> {
 
     /// The expression can be a record, and the constructor calls in it fit their records.
     pub fn check_record(&mut self, scope: Scope, expr: &Expr) -> Result<(), Reported> {
+        if let Some(array) = self.as_array(scope, expr) {
+            return self.check_record(scope, &array);
+        }
         let fills = self.fills(scope, expr);
         let parts = with_parts(expr, fills, &mut |part| {
             self.check_record(scope, part)?;
@@ -98,6 +106,9 @@ impl Scopes<'_> {
 
     /// The field `name` of a record expression that has been checked.
     pub fn field_of(&mut self, scope: Scope, expr: &Expr, name: &Name) -> Result<Expr, Reported> {
+        if let Some(array) = self.as_array(scope, expr) {
+            return self.field_of(scope, &array, name);
+        }
         let fills = self.fills(scope, expr);
         if let Some(whole) = with_parts(expr, fills, &mut |part| self.field_of(scope, part, name))? {
             return Ok(whole);

@@ -100,6 +100,10 @@ impl<'s> RecordMaker<'s> for Values<'_, 's, '_> {
         self.scopes.spend_on(&array, span)?;
         Ok(array)
     }
+
+    fn no_elements(&mut self, _: Span, _: &LocalClass, sizes: &[usize]) -> Result<Value, Reported> {
+        Ok(Value::array_of(Vec::new(), || sizes[1..].to_vec()))
+    }
 }
 
 impl Scopes<'_> {
