@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use hyd_index::TypedIndex;
+use hyd_instance::instance::full_dims;
 use hyd_instance::modifier::Applied;
 use hyd_instance::{InstId, ScalarType, Value, sizes_text};
 use hyd_source::{Code, Diagnostic, Edit, Origin, Reported, Span};
@@ -386,7 +387,8 @@ impl Flattener<'_, '_> {
             }
             return;
         }
-        if self.scopes.overrides.iter().any(|o| set(&o.path)) {
+        let has_elements = !full_dims(&self.scopes.instances, inst).contains(&0);
+        if !has_elements || self.scopes.overrides.iter().any(|o| set(&o.path)) {
             return;
         }
         let span = self.scopes.instances[inst].span;

@@ -14,7 +14,7 @@ use hyd_syntax::tree::{
 use crate::classes::class::{ClassId, elements, imports};
 use crate::classes::heir::Level;
 use crate::classes::modifier::{AstMod, Mods};
-use crate::classes::shape::{Shape, ShapeElement};
+use crate::classes::shape::{Shape, ShapeElement, is_builtin};
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
 use crate::instantiation::redeclare::applied_of;
 use crate::instantiation::scopes::Scopes;
@@ -67,6 +67,14 @@ impl Scopes<'_> {
             return Err(Reported);
         };
         self.table.find_class_static(class, path, false).map(LocalClass::plain)
+    }
+
+    /// A class by its name, for checks: builtin types and what is not found give nothing.
+    pub(crate) fn class_quietly(&mut self, scope: Scope, path: &Path) -> Option<ClassId> {
+        if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
+            return None;
+        }
+        self.quietly(|scopes| scopes.find_class(scope, path)).ok().map(|local| local.class)
     }
 
     /// The class an identifier means in a scope: an element of the instance, or of what is around its class.

@@ -25,7 +25,7 @@ use crate::instantiation::type_of::TypeOf;
 #[derive(Debug)]
 pub(crate) struct AddedInner {
     /// The element.
-    inst: InstId,
+    pub inst: InstId,
     /// What its `outer` elements want.
     wanted: Wanted,
     /// The component with the first `outer` declaration of it, this, and the component of the model's own text that it stands in, if it is
@@ -295,11 +295,6 @@ impl Scopes<'_> {
         let place = |inst: InstId| self.instances[inst].span;
         let apart = a.iter().zip(&b).map(|(&a, &b)| (place(a), place(b))).find(|(a, b)| a != b);
         apart.unwrap_or((place(a[a.len() - 1]), place(b[b.len() - 1])))
-    }
-
-    /// True for an element that no text declares.
-    pub(crate) fn is_added_inner(&self, inst: InstId) -> bool {
-        self.added_inner.iter().any(|added| added.inst == inst)
     }
 
     /// Says which `inner` elements were added, and takes back those that only arrays without elements wanted.

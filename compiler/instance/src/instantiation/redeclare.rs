@@ -128,14 +128,6 @@ impl Scopes<'_> {
         }
     }
 
-    /// A class by its name, for checks: builtin types and what is not found give nothing.
-    pub(crate) fn class_quietly(&mut self, scope: Scope, path: &Path) -> Option<ClassId> {
-        if path.parts.len() == 1 && is_builtin(&path.parts[0].name) {
-            return None;
-        }
-        self.quietly(|scopes| scopes.find_class(scope, path)).ok().map(|local| local.class)
-    }
-
     /// `redeclare model A = B(m)`: class B with modification m in the scope of the redeclaration, then the modification
     /// of the constraining clause.  Packages, functions and types become classes of their own, because their elements are
     /// used without an instance; so does a long class definition.

@@ -395,6 +395,11 @@ impl Scopes<'_> {
         self.not_structural(span, format!("the values set for `{name}` differ between the elements of an array"))
     }
 
+    /// True for an element that no text declares.
+    pub(crate) fn is_added_inner(&self, inst: InstId) -> bool {
+        self.added_inner.iter().any(|added| added.inst == inst)
+    }
+
     /// Where the text of the model declares the component that holds an instance of another file, such as a library's; none
     /// where the instance stands in the model's own text.
     pub fn users_line(&self, inst: InstId) -> Option<Span> {
