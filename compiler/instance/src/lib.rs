@@ -15,7 +15,7 @@ mod values;
 
 pub use classes::{class, meaning, modifier, shape};
 pub use instantiation::{connection_rules, instance};
-pub use values::{constructor, range, value};
+pub use values::{constructor, operators, range, value};
 
 pub use builtins::{Builtin, Element, Place, SizeFault, SizesOf, sizes_text, speaks_of_connections};
 pub use classes::class::{ClassId, ClassTable};

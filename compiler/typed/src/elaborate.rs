@@ -6,6 +6,7 @@
 
 use std::rc::Rc;
 
+use hyd_instance::operators::{operate_on_one, operate_on_two};
 use hyd_instance::{InstId, ScalarType, Scope, Scopes};
 use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{self as text, BinaryOp, ExprKind, Name, UnaryOp};
@@ -112,7 +113,7 @@ impl Elaborator<'_, '_> {
             ExprKind::Unary(op, a) => {
                 let a = self.expr(a)?;
                 if a.ty.is_record()
-                    && let Some(call) = self.operate_alone(span, *op, &a)?
+                    && let Some(call) = operate_on_one(self, span, *op, &a)?
                 {
                     return Ok(call);
                 }
@@ -122,7 +123,7 @@ impl Elaborator<'_, '_> {
             ExprKind::Binary(op, a, b) => {
                 let (a, b) = (self.expr(a)?, self.expr(b)?);
                 if (a.ty.is_record() || b.ty.is_record())
-                    && let Some(call) = self.operate(span, *op, &a, &b)?
+                    && let Some(call) = operate_on_two(self, span, *op, (&a, &b))?
                 {
                     return Ok(call);
                 }

@@ -5,7 +5,8 @@ use hyd_syntax::tree::BinaryOp;
 use super::elements::Element;
 use super::{Builtin, SizeFault, SizesOf};
 use crate::instantiation::work::volume;
-use crate::values::value::{Items, Value, binary};
+use crate::values::arithmetic::binary;
+use crate::values::value::{Items, Value};
 
 /// Arguments that are values.
 struct Given<'a>(&'a [Value]);

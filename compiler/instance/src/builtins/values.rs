@@ -3,7 +3,8 @@
 use super::Builtin;
 use super::arrays::array_function;
 use crate::instantiation::work::{MAX_VALUES, volume};
-use crate::values::value::{LARGEST_INTEGER, Value, binary};
+use crate::values::arithmetic::binary;
+use crate::values::value::{LARGEST_INTEGER, Value};
 use hyd_syntax::tree::BinaryOp;
 use hyd_system::math::Function;
 

@@ -101,8 +101,8 @@ impl<'s> RecordMaker<'s> for Values<'_, 's, '_> {
         Ok(array)
     }
 
-    fn no_elements(&mut self, _: Span, _: &LocalClass, sizes: &[usize]) -> Result<Value, Reported> {
-        Ok(Value::array_of(Vec::new(), || sizes[1..].to_vec()))
+    fn no_elements(&mut self, _: Span, local: &LocalClass, sizes: &[usize]) -> Result<Value, Reported> {
+        Ok(Value::array_of_records(Vec::new(), Some(local.class), || sizes[1..].to_vec()))
     }
 }
 
@@ -174,7 +174,8 @@ impl Scopes<'_> {
             return Ok(None);
         }
         if component.dims.iter().any(|dim| matches!(dim.kind, ExprKind::Colon)) {
-            return Ok(Some(Value::array(Vec::new())));
+            let sizes = || vec![0; component.dims.len() - 1];
+            return Ok(Some(Value::array_of_records(Vec::new(), Some(local.class), sizes)));
         }
         let sizes = self.local_sizes(component, scope, env)?;
         let tree = Arc::new(AstMod::from_syntax(&component.modification));
@@ -226,7 +227,8 @@ impl Scopes<'_> {
                 (true, Some(only)) => Ok(only),
                 (_, last) => {
                     items.extend(last);
-                    Ok(Value::array_of(items, || sizes[place + 1..].to_vec()))
+                    let class = self.instances[steps[steps.len() - 1].0].class;
+                    Ok(Value::array_of_records(items, class, || sizes[place + 1..].to_vec()))
                 }
             };
         }
