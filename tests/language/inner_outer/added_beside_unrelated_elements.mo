@@ -7,11 +7,14 @@ package P
     parameter Boolean animation = false;
     parameter Real g = 10;
   end World;
+  model Wind
+    parameter Real v = 10;
+  end Wind;
   model Body
     outer World world;
     outer Settings settings; // warning W0204: no enclosing model declares `inner settings`: `P.Settings` is added with its defaults
-    outer World w; // warning W0204: no enclosing model declares `inner w`: `P.World` is added with its defaults
-    Real y = if settings.animation then world.g + w.g else 0;
+    outer Wind w; // warning W0204: no enclosing model declares `inner w`: `P.Wind` is added with its defaults
+    Real y = if settings.animation then world.g + w.v else 0;
   end Body;
   model Holder
     parameter Integer w = 3;

@@ -52,7 +52,11 @@ impl Scopes<'_> {
             }
             let inner = self.bind_outer(parent, declaration, type_scope)?;
             self.check_inner(inner, declaration, type_scope)?;
-            self.check_added(inner, parent, declaration, type_scope)?;
+            if let Err(said) = self.check_added(inner, parent, declaration, type_scope) {
+                // Only this `outer` element is at fault, not the one that others mean.
+                self.instances.edit(parent).by_name.remove(&name);
+                return Err(said);
+            }
             if !declaration.prefixes.inner {
                 return Ok(());
             }

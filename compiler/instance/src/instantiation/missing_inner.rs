@@ -118,7 +118,9 @@ impl Scopes<'_> {
 
     fn wanted(&mut self, local: &LocalClass) -> Wanted {
         let class = self.without_short_names(local.class);
-        let by_text = local.mods.is_empty() && self.table.class(class).around.is_empty();
+        let around = std::iter::successors(Some(class), |&class| self.table.class(class).parent);
+        let is_of_text = around.into_iter().all(|class| self.table.class(class).around.is_empty());
+        let by_text = local.mods.is_empty() && is_of_text;
         Wanted { class, mods: local.mods.clone(), by_text }
     }
 

@@ -149,6 +149,9 @@ impl Scopes<'_> {
         class: ClassId,
         name: &Name,
     ) -> Result<bool, Reported> {
+        if self.as_array(scope, expr).is_some() {
+            return Ok(false);
+        }
         match &expr.kind {
             ExprKind::Tuple(items) => match items.as_slice() {
                 [Some(only)] => self.leaves_out(scope, only, class, name),
