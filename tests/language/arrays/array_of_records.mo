@@ -13,7 +13,7 @@ package P
     // expect: r[2].n @ 0 = 5
     // expect: s[1].x @ 1 = 1
     // expect: s[2].x @ 1 = 4
-    // expect: t[2, 1] @ 0 = 3
+    // expect: t[2,1] @ 0 = 3
     // expect: n[2] @ 0 = 5
   end Run;
 end P;
