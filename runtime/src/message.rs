@@ -206,12 +206,20 @@ impl SolveError {
     /// True where a variable grows without bound, as it does where something has the wrong sign.
     pub fn grows(&self) -> bool {
         match self {
-            SolveError::StepTooSmall(report) => {
-                report.place.variable.is_some() && (growth(&report.place).is_some() || is_growing(&report.place))
+            SolveError::StepTooSmall(report) if report.place.variable.is_some() && growth(&report.place).is_some() => {
+                true
             }
             SolveError::NotFinite(report) => grown(&report.place).is_some(),
-            _ => false,
+            _ => self.runs_away(),
         }
+    }
+
+    /// True where the equations near the last point drive a motion away faster than the run could show.
+    pub fn runs_away(&self) -> bool {
+        let SolveError::StepTooSmall(report) = self else { return false };
+        let Some(near) = report.place.near.as_deref().filter(|_| report.place.variable.is_some()) else { return false };
+        let grows = |(re, im): (f64, f64)| re > im && re * near.span * FAST_GROWTH > 1.0;
+        near.mode.as_ref().is_some_and(|mode| grows(mode.eigenvalue))
     }
 }
 
@@ -241,13 +249,6 @@ fn contradiction_hint(variable: Option<&str>, against: Contradicted) -> String {
 
 /// A motion grows without bound where its time constant is less than this part of the run.
 const FAST_GROWTH: f64 = 1e-4;
-
-/// True where the equations near the last point drive a motion away faster than the run could show.
-fn is_growing(place: &Place) -> bool {
-    let Some(near) = place.near.as_deref() else { return false };
-    let grows = |(re, im): (f64, f64)| re > im && re * near.span * FAST_GROWTH > 1.0;
-    near.mode.as_ref().is_some_and(|mode| grows(mode.eigenvalue))
-}
 
 /// A variable that exceeds its value at the start, or 1, by this factor grows without bound.
 const GROWN: f64 = 1e6;
@@ -347,6 +348,9 @@ fn grown(place: &Place) -> Option<(&str, f64, f64)> {
 fn domain_hint(f: &mut Formatter<'_>, failure: Option<&EvalFailure>) -> fmt::Result {
     match failure {
         Some(failure) if failure.reason.contains(" fails: ") => Ok(()),
+        Some(failure) if failure.is_unset() => {
+            hint(f, "give the variable a value on every way through the function, such as by an `else`")
+        }
         Some(failure) if failure.reason.contains(" uses subscript 0 ") => {
             hint(f, "subscripts begin at 1: a start value counts, too, which is 0 where none is given")
         }

@@ -29,7 +29,9 @@ pub fn diagnostic(error: &SolveError, files: &Files, flat: Option<&FlatModel>, k
             diagnostic = diagnostic.at(span, format!("`{name}` is declared here"));
         }
     }
-    let approached = error.course().zip(flat).map_or_else(Vec::new, |(course, flat)| {
+    // Where a function has left a value unset, what it compares approaches zero, but that is not at fault.
+    let is_unset = matches!(error, SolveError::NotFinite(report) if report.place.evaluation.as_ref().is_some_and(|own| own.is_unset()));
+    let approached = error.course().zip(flat).filter(|_| !is_unset).map_or_else(Vec::new, |(course, flat)| {
         let times: Vec<f64> = course.times().collect();
         hyd_compiler::approaches(flat, error.variable(), &times, &|row, name| course.value(row, name))
     });

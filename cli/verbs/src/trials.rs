@@ -121,7 +121,7 @@ impl Trials<'_> {
         let grows = failure.is_some_and(SolveError::grows);
         let any_would_do = |rank: Rank| match rank {
             Rank::OtherEnds | Rank::Joined | Rank::LeftOut => true,
-            Rank::Sign => !grows,
+            Rank::Sign => !failure.is_some_and(SolveError::runs_away),
             _ => false,
         };
         healing.is_vague = found.is_some_and(|(rank, _)| any_would_do(rank));
@@ -135,7 +135,9 @@ impl Trials<'_> {
             _ => false,
         });
         let is_best = found.is_some_and(|(rank, _)| rank.first_is_best());
-        healing.is_clear = is_best || is_alone && !is_cut;
+        // That a run comes through with exchanged numbers says little.
+        let is_told = found.is_some_and(|(rank, _)| rank != Rank::Numbers);
+        healing.is_clear = is_told && (is_best || is_alone && !is_cut);
         healing
     }
 

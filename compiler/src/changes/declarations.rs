@@ -129,7 +129,7 @@ impl Found<'_> {
         }
     }
 
-    /// Two parameters of the same type with their numbers exchanged.
+    /// Two parameters of the same type, or unit, with their numbers exchanged.
     fn exchanged(&mut self, components: &[&Component]) {
         let given: Vec<(&Component, &Expr)> = components
             .iter()
@@ -144,10 +144,12 @@ impl Found<'_> {
             for (b, y) in &given[k + 1..] {
                 let is_same = self.snippet(a.class.span) == self.snippet(b.class.span);
                 let is_meant = |own: &Component| self.asserted.has(&own.name.name);
-                // Integers are sizes: with thousands for three a model is another one.
+                // Integers are sizes: with thousands for three a model is another one.  Numbers without a unit have nothing in common.
                 let is_size = self.snippet(a.class.span) == "Integer";
+                let is_plain = self.snippet(a.class.span) == "Real" && (unit(a).is_none() || unit(a) != unit(b));
                 if !is_same
                     || is_size
+                    || is_plain
                     || is_meant(a)
                     || is_meant(b)
                     || number(x) == number(y)
@@ -158,7 +160,7 @@ impl Found<'_> {
                 let (one, other) = (self.snippet(x.span).to_string(), self.snippet(y.span).to_string());
                 let edits = vec![self.replaced(x.span, other), self.replaced(y.span, one)];
                 self.push(
-                    Rank::Exchanged,
+                    Rank::Numbers,
                     format!("exchange the values of `{}` and `{}`", a.name.name, b.name.name),
                     edits,
                 );
@@ -249,4 +251,17 @@ impl Found<'_> {
             self.push(Rank::Guess, format!("look for another solution: `{owner}(start = {text})`"), vec![edit]);
         }
     }
+}
+
+/// The unit that a declaration states.
+fn unit(component: &Component) -> Option<&str> {
+    component.modification.arguments.iter().find_map(|argument| match argument {
+        Argument::Modify(own) if matches!(&own.target.parts[..], [only] if &*only.name == "unit") => {
+            match own.modification.binding.as_ref().map(|binding| &binding.kind) {
+                Some(ExprKind::Text(text)) => Some(&**text),
+                _ => None,
+            }
+        }
+        _ => None,
+    })
 }

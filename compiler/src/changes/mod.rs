@@ -92,7 +92,7 @@ pub enum Rank {
     UsedUp,
     /// Something is done at the start, too, whatever its condition says.
     AtOnce,
-    /// Two numbers, two arguments or two sockets of a component exchanged.
+    /// Two arguments or two sockets of a component exchanged.
     Exchanged,
     /// Another guess of an unknown.
     Guess,
@@ -102,6 +102,8 @@ pub enum Rank {
     OtherUnit,
     /// The same of a number without a unit, by what its equations make of it.
     InferredUnit,
+    /// Two parameters of one kind with their numbers exchanged.
+    Numbers,
     /// A connection that is missing, with an output that nothing reads.
     Unread,
     /// A connection that is missing.
@@ -463,11 +465,17 @@ mod tests {
         ] {
             let text = format!("model M\n  {limits}\nend M;\n");
             let found = texts(&text, all, "assert");
-            assert!(!found.iter().any(|(rank, _)| *rank == Rank::Exchanged), "{text}: {found:#?}");
+            let is_exchange = |rank: Rank| matches!(rank, Rank::Exchanged | Rank::Numbers);
+            assert!(!found.iter().any(|(rank, _)| is_exchange(*rank)), "{text}: {found:#?}");
         }
-        // Two numbers of which no assertion knows are exchanged, sizes are not.
-        let free = "model M\n  parameter Real a = 2;\n  parameter Real b = 5;\n  parameter Integer n = 3;\n  parameter Integer seed = 4000;\nend M;\n";
-        let found: Vec<String> = texts(free, all, "Real a").into_iter().map(|own| own.1).collect();
-        assert_eq!(found, [free.replace("a = 2", "a = 5").replace("b = 5", "b = 2")]);
+        // Two numbers of one unit of which no assertion knows are exchanged; sizes and numbers of different units are not.
+        let free = "model M\n  parameter Real a(unit = \"m\") = 2;\n  parameter Real b(unit = \"m\") = 5;\n  parameter Real c = 7;\n  \
+                    parameter Real d(unit = \"s\") = 9;\n  parameter Integer n = 3;\n  parameter Integer seed = 4000;\nend M;\n";
+        let found = texts(free, all, "Real a").into_iter().filter(|own| own.0 == Rank::Numbers);
+        let found: Vec<String> = found.map(|own| own.1).collect();
+        assert_eq!(
+            found,
+            [free.replace(") = 2", ") = 5").replacen(") = 5;\n  parameter Real c", ") = 2;\n  parameter Real c", 1)]
+        );
     }
 }

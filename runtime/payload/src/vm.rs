@@ -203,6 +203,12 @@ impl Tape {
                 Node::Apply(body, _, list) => machine
                     .failure(&self.operations[..=k], values, (body, list))
                     .unwrap_or_else(|| "a function returns no finite value".into()),
+                // What a way through a function leaves without a value is the logarithm of this number.
+                Node::Call1(Function::Log, of)
+                    if matches!(self.operations[of.index()], Node::Const(_)) && values[of.index()] == -1.0 =>
+                {
+                    hyd_system::UNSET.into()
+                }
                 node => explain(node, values),
             },
             None => "not a number".into(),

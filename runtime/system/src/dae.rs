@@ -146,6 +146,16 @@ pub struct EvalFailure {
     pub reads: Vec<Reading>,
 }
 
+/// Why a value of a function that nothing has set is not a number.
+pub const UNSET: &str = "a variable of a function has no value, because no statement on the way through it has set one";
+
+impl EvalFailure {
+    /// True where a function left a variable without a value.
+    pub fn is_unset(&self) -> bool {
+        self.reason.contains(UNSET)
+    }
+}
+
 /// What a condition at the start contradicts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Contradicted {

@@ -28,7 +28,7 @@ mod text;
 pub use dae::{
     AssertionReport, CheckKind, Contradicted, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase,
     InitialStructure, InputError, InputSite, LoopError, ParameterError, Pattern, Reading, StateChoice, Structure,
-    TimeEvent,
+    TimeEvent, UNSET,
 };
 pub use instant::Instants;
 pub use lanes::{LANES, wide};

@@ -93,15 +93,16 @@ impl BuiltinCall<'_, '_, '_> {
         let (_span, list, builtin) = (self.span, self.list, self.builtin);
         self.expect_arguments(builtin.name(), 1)?;
         let now = self.flat.lower(&list[0], self.cx, index)?;
+        if builtin == Builtin::Edge {
+            self.flat.want_boolean(list[0].span, "`edge`", &now)?;
+        }
         let before = self.lower_pre(index)?;
         let arena = &mut self.flat.model.templates.arena;
         if builtin == Builtin::Change {
             return Ok(Typed::boolean(arena.compare(Relation::NotEqual, now.node, before.node)));
         }
         let off = arena.not(before.node);
-        let node = arena.and(now.node, off);
-        self.flat.want_boolean(list[0].span, "`edge`", &now)?;
-        Ok(Typed::boolean(node))
+        Ok(Typed::boolean(arena.and(now.node, off)))
     }
 
     /// `semiLinear(x, p, n)` is `smooth(0, if x >= 0 then p*x else n*x)`.

@@ -81,7 +81,7 @@ impl Flattener<'_, '_> {
         if cx.decided.is_empty() {
             return;
         }
-        let variables = self.variables_of(assigned, |_, _| true);
+        let variables = self.variables_by_value(assigned, |_, _| true);
         for (left, right, span) in &cx.decided {
             let known = variables.get(right).copied();
             let right = known.unwrap_or_else(|| replace_below(&mut self.model.templates.arena, *right, &variables));
@@ -93,14 +93,14 @@ impl Flattener<'_, '_> {
     /// The continuous variables that values are of: the others use the variable, so that a recurrence over n variables does not become
     /// expressions of n operations.
     fn variables_of_values(&mut self, assigned: &[(VarId, Typed)]) -> FxHashMap<NodeId, NodeId> {
-        self.variables_of(assigned, |flat, v| {
+        self.variables_by_value(assigned, |flat, v| {
             let variable = flat.variable_of(v);
             (variable.variability, &variable.kind) == (Variability::Continuous, &ValueKind::Real)
         })
     }
 
     /// The first of these variables that each value is assigned to, where the value takes some work.
-    fn variables_of(
+    fn variables_by_value(
         &mut self,
         assigned: &[(VarId, Typed)],
         is_meant: impl Fn(&Self, VarId) -> bool,
