@@ -223,11 +223,16 @@ impl SolveError {
     }
 }
 
+/// What may help where equations decide alone.
+const OTHER_SOLUTION: &str = "if they have another solution, start values can lead to that one";
+
 /// Which condition at the start may go.
 fn contradiction_hint(variable: Option<&str>, against: Contradicted) -> String {
     match (variable, against) {
         (Some(variable), Contradicted::Model) => {
-            format!("drop `fixed = true` of `{variable}`, whose value at the start follows from the equations alone")
+            format!(
+                "drop `fixed = true` of `{variable}`, whose value at the start follows from the equations alone; {OTHER_SOLUTION}"
+            )
         }
         (Some(_), Contradicted::Named) => {
             "drop one of these conditions (`fixed = true`), or give values that agree".to_string()
@@ -235,11 +240,9 @@ fn contradiction_hint(variable: Option<&str>, against: Contradicted) -> String {
         (Some(variable), Contradicted::Others) => {
             format!("drop `fixed = true` of `{variable}` or of a start that it follows from, or give values that agree")
         }
-        (None, Contradicted::Model) => {
-            "no start value can make it true, because nothing that may be chosen at the start enters \
-                                        it: give a variable a start value instead, or change the model"
-                .to_string()
-        }
+        (None, Contradicted::Model) => format!(
+            "the equations of the model decide this alone: give a variable a start value instead, or change the model; {OTHER_SOLUTION}"
+        ),
         (None, Contradicted::Named) => "drop one of these conditions".to_string(),
         (None, Contradicted::Others) => {
             "drop this initial equation, or one of the conditions that it follows from".to_string()

@@ -85,8 +85,9 @@ pub fn unit_text(
             let name = identifier(&variable.name);
             let value = variable.start.first().copied().filter(|value| value.is_finite()).unwrap_or(0.0);
             let held = format!("parameter Real {NAME}{} = {value:e}{};", attributes(variable, &[]), words(variable));
-            if variable.sizes.is_empty() && insert(&mut tree, std::slice::from_ref(&name), &held) {
-                let given = identifier(&format!("{}_given", variable.name));
+            let is_shown = is_real(variable) && variable.sizes.is_empty();
+            if is_shown && insert(&mut tree, std::slice::from_ref(&name), &held) {
+                let given = free(&identifier(&format!("{}_given", variable.name)), &tree);
                 let of_unit = format!("Real {given}{} = {name} {}", attributes(variable, &[]), marked(variable));
                 tree.push((given, Node::Leaf(of_unit)));
             } else {

@@ -87,7 +87,7 @@ fn as_written(system: &EquationSystem) -> Option<Diagnostic> {
     (!matching.is_perfect()).then(|| imbalance(&plain, &pattern, &unknowns, &matching))
 }
 
-/// An element without a derivative is taken for a mistake where at least so many times as many others have one.
+/// An element without a derivative is taken for a mistake where at least this many times as many others have one.
 const MANY_TIMES: usize = 3;
 /// Most declarations of inputs that are marked.
 const MOST_MARKED: usize = 8;

@@ -141,6 +141,32 @@ fn what_may_not_be_meant_is_shown_and_not_written() {
     }
 }
 
+/// Of a model without equations to begin with nothing could be said on its start; a note on that does not keep it from being healed.
+#[test]
+fn a_copied_line_is_written_for_the_variables_that_lack_one() {
+    let folder = Scratch::new();
+    let text = "model M\n  Real s_left(start = 1, fixed = true);\n  Real s_right(start = 2, fixed = true);\n  Real v_left(start = 0, fixed = true);\n  \
+                Real v_right;\nequation\n  der(s_left) = v_left;\n  der(s_left) = v_left;\n  der(v_left) = s_right - s_left;\n  \
+                der(v_right) = s_left - s_right;\nend M;\n";
+    folder.write("m.hyd", text);
+    let outcome = run(folder.path(), &["check", "m.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+    assert_eq!(
+        folder.read("m.hyd"),
+        text.replacen("  der(s_left) = v_left;\n  der(s_left)", "  der(s_left) = v_left;\n  der(s_right)", 1).replacen(
+            "der(s_right) = v_left",
+            "der(s_right) = v_right",
+            1
+        )
+    );
+    let at = "  x[1] = time;\n  x[1] = time;\n";
+    let text = format!("model M\n  Real x[2];\nequation\n{at}end M;\n");
+    folder.write("m.hyd", &text);
+    let outcome = run(folder.path(), &["check", "m.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+    assert_eq!(folder.read("m.hyd"), text.replace(at, "  x[1] = time;\n  x[2] = time;\n"));
+}
+
 /// A recipe finds its places whatever words stand in comments, and before an initial equation.
 #[test]
 fn a_bounce_comes_to_rest_whatever_stands_around_it() {

@@ -308,6 +308,18 @@ fn a_unit_is_looked_at_like_a_model() {
         let [x, v] = [0, 1].map(|k| values[k].last().copied().unwrap());
         assert!((x - 6.0 * (1.0 + decayed)).abs() < 1e-4 && (v - 6.0 * (1.0 - decayed)).abs() < 1e-4, "{x} {v}");
     }
+    // What is not a real number is a parameter of the unit; names may meet.
+    let folder = Scratch::new();
+    let text = MASS.replace(
+        "  input Real f(start = 1);\n",
+        "  input Real f(start = 1);\n  Real f_given = 2*f;\n  input Boolean brake(start = false);\n",
+    );
+    build(&folder, &text.replace("- 0.5*v", "- (if brake then 5 else 0.5)*v"), "3.0");
+    let outcome = run(folder.path(), &["view", "case.fmu", "--output", "page.html"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let data = self::data(&folder.read("page.html"));
+    assert!(variable(&data, "brake").is_object());
+    assert!(variable(&data, "f_given")["o"].is_array() && variable(&data, "f_given_")["o"].is_array());
 }
 
 #[test]

@@ -52,7 +52,7 @@ impl Flattener<'_, '_> {
     fn decide(&mut self, condition: &Expr, found: &StatementCondition, cx: &mut Context) -> Result<(), Fail> {
         let targets = cx.algorithm_targets.iter().copied();
         let discrete = targets.filter(|&v| self.variable_of(v).variability == Variability::Discrete).collect();
-        // Continuous variables are read as they are, also above their assignment: what they would start from there is no news.
+        // Continuous variables are read as they are, also above their assignment: their values from before mean nothing there.
         let mut here = Context { algorithm_targets: Rc::new(discrete), ..cx.clone() };
         let parts = parts_of(condition);
         for (variable, source) in found.conditions.iter().zip(&found.sources) {

@@ -8,7 +8,7 @@ use hyd_source::{Code, Diagnostic, Edit, Origin, Span};
 use hyd_symbolic::NodeId;
 use hyd_typed::{Equation, EquationKind, Expr, Iterator, Kind as Form, Variable};
 
-use crate::model::Section;
+use crate::model::{Message, Section};
 use crate::sections::loops::Loops;
 use crate::sections::when_condition::{WhenCondition, printed};
 use crate::state::context::{Context, Fail};
@@ -379,20 +379,25 @@ impl Flattener<'_, '_> {
 
     /// At most one of these may act in one branch: reports the second of two that no condition keeps apart.
     pub(super) fn want_one(&mut self, left: &Expr, given: &[&Given<'_>], cx: &mut Context) -> Result<(), Fail> {
-        let mut acting: Vec<&Given<'_>> = Vec::new();
+        let mut acting: Vec<(&Given<'_>, NodeId, bool)> = Vec::new();
         for &own in given {
             let always = self.model.templates.arena.constant(1.0);
             let acts = self.guarded(always, &own.guards, cx)?;
             if self.model.templates.arena.as_constant(acts) == Some(0.0) {
                 continue;
             }
-            // What a parameter decides may be set for a run.
             let mut conditions = own.guards.iter().flat_map(|guard| guard.earlier.iter().copied().chain(guard.own));
-            if conditions.any(|condition| self.known_before_run(condition)) {
-                continue;
-            }
-            let together = |other: &&&Given<'_>| other.branch == own.branch && !are_apart(&other.guards, &own.guards);
-            if let Some(first) = acting.iter().find(together) {
+            let is_known = conditions.all(|condition| self.known_before_run(condition));
+            let mut both = Vec::new();
+            for &(first, other, other_is_known) in &acting {
+                if first.branch != own.branch || are_apart(&first.guards, &own.guards) {
+                    continue;
+                }
+                // What parameters decide may be set for a run, which then says so.
+                if is_known && other_is_known && !(own.guards.is_empty() && first.guards.is_empty()) {
+                    both.push(self.model.templates.arena.and(other, acts));
+                    continue;
+                }
                 let message = format!("`{}` is set twice by one branch of a `when`", printed(left));
                 let diagnostic = Diagnostic::error(Code::Unbalanced, message)
                     .at(own.value.0.span, "second time")
@@ -401,7 +406,15 @@ impl Flattener<'_, '_> {
                 self.report(diagnostic);
                 return Err(Fail::Reported);
             }
-            acting.push(own);
+            for both in both {
+                let text = format!("`{}` is set twice by one branch of a `when` with these parameters", printed(left));
+                let message = self.add_message(Message { text: text.into(), parts: Vec::new(), error: true });
+                let arena = &mut self.model.templates.arena;
+                let (holds, none) = (arena.not(both), arena.constant(0.0));
+                let origin = Origin { path: self.path(cx.scope.inst), span: own.value.0.span };
+                self.emit(Section::Assert(message), holds, none, &cx.loop_counts(), &origin);
+            }
+            acting.push((own, acts, is_known));
         }
         Ok(())
     }

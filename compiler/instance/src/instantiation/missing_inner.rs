@@ -218,7 +218,7 @@ impl Scopes<'_> {
         near
     }
 
-    /// True if a class is `base`, or inherits from it.  That it has the same elements is no sign that it is meant.
+    /// True if a class is `base`, or inherits from it.  Having the same elements does not make it the one that is meant.
     fn is_or_extends(&mut self, class: ClassId, base: ClassId) -> bool {
         let base = self.without_short_names(base);
         let Ok(shape) = self.quietly(|scopes| scopes.table.shape(class)) else { return false };
