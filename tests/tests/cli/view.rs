@@ -319,7 +319,7 @@ fn a_unit_is_looked_at_like_a_model() {
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let data = self::data(&folder.read("page.html"));
     assert!(variable(&data, "brake").is_object());
-    assert!(variable(&data, "f_given")["o"].is_array() && variable(&data, "f_given_")["o"].is_array());
+    assert!(variable(&data, "f_given")["o"].is_array() && variable(&data, "'f_given'")["o"].is_array());
 }
 
 #[test]
