@@ -7,7 +7,7 @@
 //! search then begins again with these taken up, until they no longer change; waves that were named are taken up where they were
 //! ([`super::ends`]).  Effects that were named late, or that have a size of their
 //! own in every shot, and laws that the records chose, may only have imitated parameters that scatter; where scatter explains as much as they do, it is taken up in
-//! their place, unless the sizes of the shots have an order.
+//! their place; where the sizes of the shots have an order, it has to explain more than they do.
 
 use super::context::Search;
 use super::ends::Ends;
@@ -273,22 +273,21 @@ impl Search<'_> {
         };
         for pass in findings.passes.iter().filter(may_imitate) {
             let number = pass.base.inserts.len();
-            if self.has_order(last, number)? {
-                continue;
-            }
+            let is_ordered = self.has_order(last, number)?;
             let own = &last.base.inserts[number..];
             let kinds = |effects: &[Candidate]| {
                 let are_sizes = effects.iter().all(|own| own.effect.per_shot);
                 if are_sizes { Kinds::InPlaceOfSizes } else { Kinds::All }
             };
-            if let Some(found) = self.scatter_for((&pass.base, &pass.fit), last, own, kinds(own))? {
+            let asked = |effects: &[Candidate]| (kinds(effects), is_ordered);
+            if let Some(found) = self.scatter_for((&pass.base, &pass.fit), last, own, asked(own))? {
                 return Ok(Some(found));
             }
             // What was found after it, or that which it took a part of, stays in the model.
             if own.len() > 1
                 && own[0].effect.per_shot
                 && let Some((rest, fit)) = self.taken_out(&last.base.inserts, &last.fit, number)?
-                && let Some(found) = self.scatter_for((&rest, &fit), last, &own[..1], kinds(&own[..1]))?
+                && let Some(found) = self.scatter_for((&rest, &fit), last, &own[..1], asked(&own[..1]))?
             {
                 return Ok(Some(found));
             }
@@ -296,13 +295,13 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// Scatter that explains in a model without `own` effects as much as these do; none where it does not.
+    /// Scatter that explains in a model without `own` effects as much as these do, or more where their sizes have an order; none where it does not.
     fn scatter_for(
         &self,
         without: (&Hypothesis, &Fit),
         last: &Pass,
         own: &[Candidate],
-        kinds: Kinds,
+        (kinds, is_ordered): (Kinds, bool),
     ) -> Result<Option<Disturbances>, Fault> {
         let found = self.left_of(without, kinds)?;
         let known = &self.setup.disturbances;
@@ -313,7 +312,10 @@ impl Search<'_> {
         let of_effects: usize = own.iter().map(|own| own.effect.parameters.len()).sum();
         let numbers = (more * self.setup.train.len(), of_effects);
         let stated = known.levels.is_empty().then_some(noise(last.expected));
-        let enough = rule::enough_for_scatter(last.fit.misfit, stated, numbers);
+        let enough = match is_ordered {
+            true => rule::enough_against_order(last.fit.misfit, numbers),
+            false => rule::enough_for_scatter(last.fit.misfit, stated, numbers),
+        };
         let is_enough =
             found.misfit * last.expected < enough || self.fit_with(without, &found.disturbances)?.misfit < enough;
         Ok(is_enough.then_some(found.disturbances))

@@ -211,6 +211,12 @@ pub(super) fn enough_for_scatter(misfit: f64, stated: Option<f64>, (of_scatter, 
     }
 }
 
+/// The same where the effects have sizes that only grow or only fall from shot to shot: of a few shots, chance orders them in one bench of a handful
+/// ([`has_order`]), so that scatter which explains more is the better answer; what explains only as much is not.
+pub(super) fn enough_against_order(misfit: f64, (of_scatter, of_effects): (usize, usize)) -> f64 {
+    misfit - LEAD - OF_EACH_NUMBER * of_scatter.saturating_sub(of_effects) as f64
+}
+
 /// True if shots held out show a gap of which the fitted ones hide the most: by how much the mean squares exceed that of noise there, and in the
 /// fitted shots.
 pub(super) fn is_hidden(held_out: f64, fitted: f64) -> bool {
@@ -231,8 +237,8 @@ pub(super) fn has_order(sizes: &[(f64, f64)]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{
-        Exchange, Outcome, Standing, Without, enough_for_scatter, exchange, has_order, imitates, is_beaten_by,
-        is_hidden, is_of_chains, is_pieced, is_taken, leader, outcome, places_of_more,
+        Exchange, Outcome, Standing, Without, enough_against_order, enough_for_scatter, exchange, has_order, imitates,
+        is_beaten_by, is_hidden, is_of_chains, is_pieced, is_taken, leader, outcome, places_of_more,
     };
 
     const UNEXPLAINED: Without = Without { is_adequate: false, is_noise: false };
@@ -296,6 +302,14 @@ mod tests {
         // Six numbers in place of one must explain more.
         assert_eq!(enough_for_scatter(200.0, None, (6, 1)), 195.0);
         assert_eq!(enough_for_scatter(200.0, None, (6, 6)), 210.0);
+    }
+
+    #[test]
+    fn scatter_has_to_explain_more_than_sizes_in_order() {
+        // Two parameters that scatter over three shots (six numbers) in place of a temperature of each shot and its coefficient.
+        let enough = enough_against_order(15_843.0, (6, 2));
+        assert!(15_447.0 < enough && 15_830.0 > enough && enough == 15_821.0);
+        assert!(enough < enough_for_scatter(15_843.0, None, (6, 2)));
     }
 
     #[test]

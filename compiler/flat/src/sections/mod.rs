@@ -12,3 +12,5 @@ pub(crate) mod when;
 pub(crate) mod when_body;
 pub(crate) mod when_condition;
 pub(crate) mod when_elements;
+pub(crate) mod when_parts;
+pub(crate) mod when_values;

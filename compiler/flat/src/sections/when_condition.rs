@@ -1,11 +1,13 @@
 //! Conditions of `when` as discrete Booleans, and when a branch fires.
 
-use hyd_source::{Code, Diagnostic, Span};
+use hyd_instance::{Builtin, ScalarType, Scope};
+use hyd_source::{Code, Diagnostic, Origin, Span};
 use hyd_symbolic::{Node, NodeId};
 use hyd_syntax::tree::Variability;
-use hyd_typed::{Expr, Kind as Form};
+use hyd_typed::{Base, Expr, Kind as Form};
 
 use crate::model::VarId;
+use crate::sections::loops::Loops;
 use crate::state::context::{Context, Fail};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, Kind, SlotKey};
@@ -45,7 +47,91 @@ pub(crate) fn parts_of(expr: &Expr) -> Vec<&Expr> {
     }
 }
 
+/// True for a condition that is a clock.
+pub(super) fn is_clock(condition: &Expr) -> bool {
+    condition.ty.base == Base::Scalar(ScalarType::Clock)
+}
+
 impl Flattener<'_, '_> {
+    /// The variables of the conditions of one branch; what they are equal to is the matter of who asks for them.
+    pub(crate) fn condition_variables(
+        &mut self,
+        expr: &Expr,
+        number: u32,
+        branch: usize,
+        scope: Scope,
+        loops: &Loops<'_>,
+    ) -> Option<StatementCondition> {
+        let (mut conditions, mut sources) = (Vec::new(), Vec::new());
+        for (part, expr) in parts_of(expr).into_iter().enumerate() {
+            if is_clock(expr) {
+                let message = "clocks in algorithm sections are outside the language profile";
+                let _ = self.error(Code::OutsideProfile, expr.span, message);
+                return None;
+            }
+            if matches!(expr.kind, Form::Builtin(Builtin::Initial, _)) {
+                conditions.push(WhenCondition::Initial);
+                sources.push(Source { part, element: None });
+                continue;
+            }
+            let elements = match self.size_of_condition(expr, scope, loops) {
+                Some(size) => (0..size).map(Some).collect(),
+                None => vec![None],
+            };
+            for element in elements {
+                let name = format!("$when{number}.{}.{}", branch + 1, conditions.len() + 1);
+                conditions.push(WhenCondition::Variable(self.condition_variable(expr, name, scope, loops)?));
+                sources.push(Source { part, element });
+            }
+        }
+        Some(StatementCondition { span: expr.span, conditions, sources })
+    }
+
+    /// The size of a condition that is a vector.
+    fn size_of_condition(&mut self, expr: &Expr, scope: Scope, loops: &Loops<'_>) -> Option<usize> {
+        if expr.ty.rank == 0 {
+            return None;
+        }
+        let slots = std::mem::take(&mut self.slots);
+        let mut probe = self.context_of(scope);
+        let shape = self.quietly(|flat| flat.enter_all(&mut probe, loops).and_then(|()| flat.shape(expr, &mut probe)));
+        self.slots = slots;
+        match shape.as_deref() {
+            Ok([size]) => Some(*size),
+            _ => None,
+        }
+    }
+
+    /// The variable of a condition, one per element of the loops around.
+    fn condition_variable(&mut self, expr: &Expr, name: String, scope: Scope, loops: &Loops<'_>) -> Option<VarId> {
+        let origin = Origin { path: self.path(scope.inst), span: expr.span };
+        let mut probe = self.context_of(scope);
+        // The loops decide how many conditions there are; their sizes do not depend on counters.
+        let sizes = match self.enter_all(&mut probe, loops) {
+            Ok(()) => probe.counts.clone(),
+            Err(_) => {
+                let message =
+                    "the loops around a `when` must have ranges that are known and do not depend on each other";
+                let _ = self.error(Code::NotStructural, expr.span, message);
+                return None;
+            }
+        };
+        Some(self.made_boolean(name, &sizes, origin))
+    }
+
+    /// The variable of a condition and its value.
+    pub(crate) fn condition_sides(
+        &mut self,
+        (expr, element): (&Expr, Option<usize>),
+        first: VarId,
+        cx: &mut Context,
+    ) -> Result<(NodeId, NodeId), Fail> {
+        let index: Vec<Affine> = element.iter().map(|&k| Affine::constant(k as i64)).collect();
+        let value = self.lower(expr, cx, &index)?;
+        self.want_boolean(expr.span, "the condition of a `when`", &value)?;
+        Ok((self.condition_slot(first, cx, Kind::Var)?, value.node))
+    }
+
     pub(crate) fn condition_slot(&mut self, first: VarId, cx: &Context, kind: Kind) -> Result<NodeId, Fail> {
         let mut offset = Affine::constant(0);
         for (k, &size) in cx.counts.iter().enumerate() {

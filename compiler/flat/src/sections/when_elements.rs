@@ -11,7 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::model::{Section, VarId};
 use crate::sections::if_equation::positions;
-use crate::sections::when_body::{Target, Whole};
+use crate::sections::when_parts::{Target, Whole};
 use crate::state::context::{Context, Fail};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, Kind, SlotKey};
