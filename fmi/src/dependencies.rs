@@ -1,4 +1,4 @@
-//! Which rates depend on which states, from the pattern of the equations.
+//! Which rates and algebraic unknowns depend on which states, from the pattern of the equations.
 //!
 //! `F(t, (x, z), x') = 0` with rates and algebraic unknowns to be found: a matching gives each of them an equation that determines it; it
 //! depends on what its equation reads, and on what that depends on.  Structural: a dependency may vanish by its value, none is
@@ -6,9 +6,50 @@
 
 use hyd_payload::Model;
 
-/// For each state the states that its rate depends on, ascending; none where the equations do not say, because the choice of
-/// states varies or no matching was found.
-pub(crate) fn of_rates(model: &Model) -> Option<Vec<Vec<usize>>> {
+/// What determines each unknown.
+pub(crate) struct Dependencies {
+    /// For each unknown that is found, or state whose rate is, the row that determines it.
+    row_of: Vec<usize>,
+    /// What rows read of what is to be found, and of states.
+    found: Vec<Vec<usize>>,
+    given: Vec<Vec<usize>>,
+    /// The place of each unknown among the states; none for algebraic ones.
+    position: Vec<Option<usize>>,
+    states: Vec<usize>,
+}
+
+impl Dependencies {
+    /// For each state the states that its rate depends on, ascending.
+    pub(crate) fn of_rates(&self) -> Vec<Vec<usize>> {
+        self.states.iter().map(|&state| self.of_found(state)).collect()
+    }
+
+    /// The place of an unknown among the states, if it is one.
+    pub(crate) fn state(&self, unknown: usize) -> Option<usize> {
+        self.position.get(unknown).copied().flatten()
+    }
+
+    /// The states that an algebraic unknown, or the rate of a state, depends on, ascending.
+    pub(crate) fn of_found(&self, unknown: usize) -> Vec<usize> {
+        let mut reached = vec![false; self.states.len()];
+        let mut seen = vec![false; self.row_of.len()];
+        let mut open = vec![unknown];
+        seen[unknown] = true;
+        while let Some(unknown) = open.pop() {
+            let row = self.row_of[unknown];
+            self.given[row].iter().filter_map(|&state| self.position[state]).for_each(|k| reached[k] = true);
+            for &next in &self.found[row] {
+                if !std::mem::replace(&mut seen[next], true) {
+                    open.push(next);
+                }
+            }
+        }
+        (0..self.states.len()).filter(|&k| reached[k]).collect()
+    }
+}
+
+/// What determines each unknown; none where the equations do not say, because the choice of states varies or no matching was found.
+pub(crate) fn dependencies(model: &Model) -> Option<Dependencies> {
     if !model.candidates.is_empty() {
         return None;
     }
@@ -26,27 +67,10 @@ pub(crate) fn of_rates(model: &Model) -> Option<Vec<Vec<usize>>> {
         }
     }
     let row_of = matching(&found)?;
-    let mut position = vec![usize::MAX; n];
+    let mut position = vec![None; n];
     let states: Vec<usize> = (0..n).filter(|&k| structure.differential[k]).collect();
-    states.iter().enumerate().for_each(|(k, &state)| position[state] = k);
-    let mut seen = vec![usize::MAX; n];
-    let of = |(k, &state): (usize, &usize)| {
-        let mut reached = vec![false; states.len()];
-        let mut open = vec![state];
-        seen[state] = k;
-        while let Some(unknown) = open.pop() {
-            let row = row_of[unknown];
-            given[row].iter().for_each(|&state| reached[position[state]] = true);
-            for &next in &found[row] {
-                if seen[next] != k {
-                    seen[next] = k;
-                    open.push(next);
-                }
-            }
-        }
-        (0..states.len()).filter(|&j| reached[j]).collect()
-    };
-    Some(states.iter().enumerate().map(of).collect())
+    states.iter().enumerate().for_each(|(k, &state)| position[state] = Some(k));
+    Some(Dependencies { row_of, found, given, position, states })
 }
 
 /// A row for each column.

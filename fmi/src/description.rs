@@ -3,15 +3,15 @@
 //! Source: Functional Mock-up Interface 2.0.4, sections 2.2, 3.3, 4.3; 3.0.2, sections 2.4, 3.3, 4.3.  One list of variables serves both;
 //! what differs is how an element is called and how others are referred to: by position in 2.0, by number in 3.0.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use hyd_payload::Model;
-use hyd_system::{MemberKind, ValueKind};
+use hyd_system::{MemberKind, Place, ValueKind};
 
 use crate::archive::identifier;
-use crate::catalogue::Catalogue;
-use crate::dependencies;
+use crate::catalogue::{Catalogue, Meaning};
+use crate::dependencies::{Dependencies, dependencies};
 use crate::facts::{Facts, Version};
 use crate::terminals::{self, Names};
 use crate::units::Units;
@@ -44,7 +44,8 @@ pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> 
     let mut variables = Variables::new(model, facts, &catalogue, version)?;
     let units = Units::of(&mut variables.entries, facts);
     let enumerations = enumerations(&variables.entries);
-    let writer = Description { model, version, variables: &variables, enumerations: &enumerations };
+    let writer =
+        Description { model, catalogue: &catalogue, version, variables: &variables, enumerations: &enumerations };
     let mut document = Document::new();
     let structured = variables
         .entries
@@ -103,6 +104,7 @@ fn names_of_members(
 
 struct Description<'a> {
     model: &'a Model,
+    catalogue: &'a Catalogue,
     version: Version,
     variables: &'a Variables,
     enumerations: &'a BTreeMap<Literals, String>,
@@ -275,22 +277,26 @@ impl Description<'_> {
             let name = if self.version == Version::Two { "index" } else { "valueReference" };
             Attributes::default().with(name, reference)
         };
-        let outputs: Vec<u64> = entries
+        let known = dependencies(self.model);
+        let outputs: Vec<(u64, Option<String>)> = entries
             .iter()
             .enumerate()
             .filter(|(_, entry)| entry.causality == Causality::Output)
-            .map(|(k, entry)| if self.version == Version::Two { k as u64 + 1 } else { u64::from(entry.reference) })
+            .map(|(k, entry)| {
+                let own = if self.version == Version::Two { k as u64 + 1 } else { u64::from(entry.reference) };
+                (own, self.of_output(known.as_ref(), entry, &refer))
+            })
             .collect();
-        let rates = self.rates(&refer);
+        let rates = self.rates(known.as_ref(), &refer);
         let states = self.variables.rates.iter().flat_map(|&(rate, state)| [state, rate]).map(&refer);
         let calculated = entries.iter().enumerate().filter(|(_, entry)| entry.causality == Causality::Calculated);
         let calculated = calculated
             .map(|(k, entry)| if self.version == Version::Two { k as u64 + 1 } else { u64::from(entry.reference) });
-        let mut unknown: Vec<u64> = outputs.iter().copied().chain(states).chain(calculated).collect();
+        let mut unknown: Vec<u64> = outputs.iter().map(|own| own.0).chain(states).chain(calculated).collect();
         unknown.sort_unstable();
         unknown.dedup();
-        let rate = |document: &mut Document, name: &str| {
-            for (reference, depends) in &rates {
+        let depending = |document: &mut Document, name: &str, unknowns: &[(u64, Option<String>)]| {
+            for (reference, depends) in unknowns {
                 document.empty(name, named(*reference).maybe("dependencies", depends.as_ref()));
             }
         };
@@ -300,18 +306,18 @@ impl Description<'_> {
         document.element("ModelStructure", Attributes::default(), |document| match self.version {
             Version::Two => {
                 if !outputs.is_empty() {
-                    document.element("Outputs", Attributes::default(), |d| plain(d, "Unknown", &outputs));
+                    document.element("Outputs", Attributes::default(), |d| depending(d, "Unknown", &outputs));
                 }
                 if !rates.is_empty() {
-                    document.element("Derivatives", Attributes::default(), |d| rate(d, "Unknown"));
+                    document.element("Derivatives", Attributes::default(), |d| depending(d, "Unknown", &rates));
                 }
                 if !unknown.is_empty() {
                     document.element("InitialUnknowns", Attributes::default(), |d| plain(d, "Unknown", &unknown));
                 }
             }
             Version::Three => {
-                plain(document, "Output", &outputs);
-                rate(document, "ContinuousStateDerivative");
+                depending(document, "Output", &outputs);
+                depending(document, "ContinuousStateDerivative", &rates);
                 plain(document, "InitialUnknown", &unknown);
                 let indicators: Vec<u64> = self.variables.indicators.iter().map(|&k| u64::from(k)).collect();
                 plain(document, "EventIndicator", &indicators);
@@ -319,29 +325,61 @@ impl Description<'_> {
         });
     }
 
-    /// Each rate with the states and inputs that it depends on, if that is known.
-    fn rates(&self, refer: &impl Fn(u32) -> u64) -> Vec<(u64, Option<String>)> {
-        let known = dependencies::of_rates(self.model);
-        let entries = &self.variables.entries;
-        let inputs = entries.iter().filter(|entry| entry.causality == Causality::Input);
-        let inputs: Vec<u64> = inputs.map(|entry| refer(entry.reference)).collect();
+    /// Each rate with the states, inputs and perhaps the time that it depends on, if that is known.
+    fn rates(&self, known: Option<&Dependencies>, refer: &impl Fn(u32) -> u64) -> Vec<(u64, Option<String>)> {
+        let of_rates = known.map(Dependencies::of_rates);
+        let around = self.around(refer);
         let of = |(k, &(rate, _)): (usize, &(u32, u32))| {
-            let depends = known.as_ref().map(|known| {
+            let depends = of_rates.as_ref().map(|known| {
                 let own = (0..known.len()).filter(|&state| self.variables.rate_entry[state] == k);
-                let states = own.flat_map(|state| &known[state]).map(|&j| {
-                    let (_, state) = self.variables.rates[self.variables.rate_entry[j]];
-                    refer(state)
-                });
-                // Which rates an input reaches is not known, so it may be each.
-                let mut all: Vec<u64> = states.chain(inputs.iter().copied()).collect();
-                all.sort_unstable();
-                all.dedup();
-                list(all.iter().map(u64::to_string))
+                let states = own.flat_map(|state| &known[state]).map(|&state| refer(self.state_reference(state)));
+                ascending(states.chain(around.iter().copied()))
             });
             (refer(rate), depends)
         };
         self.variables.rates.iter().enumerate().map(of).collect()
     }
+
+    /// Inputs and the time: which unknowns they reach is not known, so it may be each that equations determine.
+    fn around(&self, refer: &impl Fn(u32) -> u64) -> Vec<u64> {
+        let is_around = |entry: &&Entry| matches!(entry.causality, Causality::Input | Causality::Independent);
+        self.variables.entries.iter().filter(is_around).map(|entry| refer(entry.reference)).collect()
+    }
+
+    /// The number of a state, by its place among the states.
+    fn state_reference(&self, state: usize) -> u32 {
+        self.variables.rates[self.variables.rate_entry[state]].1
+    }
+
+    /// What an output depends on, if that is known: one that is a state on this alone, so that no importer takes it for a direct feedthrough of an input.
+    fn of_output(&self, known: Option<&Dependencies>, entry: &Entry, refer: &impl Fn(u32) -> u64) -> Option<String> {
+        let known = known?;
+        let row = &self.model.row;
+        let Meaning::Element(variable, first) = self.catalogue.meaning(entry.reference)? else { return None };
+        let count = entry.sizes.iter().product::<u32>() as usize;
+        let mut all = BTreeSet::new();
+        for source in self.model.tables.variables[variable].sources.get(first..first + count)? {
+            let Place::Output(place) = source.place else { continue };
+            // What is assigned, as discrete values are, may depend on anything.
+            let found = place.checked_sub(row.assigned)? as usize;
+            let n = row.unknowns as usize;
+            if found < n
+                && let Some(state) = known.state(found)
+            {
+                all.insert(refer(self.state_reference(state)));
+                continue;
+            }
+            let unknown = if found < n { found } else { *row.states.get(found - n)? as usize };
+            all.extend(known.of_found(unknown).into_iter().map(|state| refer(self.state_reference(state))));
+            all.extend(self.around(refer));
+        }
+        Some(ascending(all.into_iter()))
+    }
+}
+
+/// Numbers without repetition, as a list.
+fn ascending(all: impl Iterator<Item = u64>) -> String {
+    list(all.collect::<BTreeSet<u64>>().iter().map(u64::to_string))
 }
 
 /// True if the name has the form that the naming convention `structured` asks for.

@@ -20,6 +20,7 @@ use crate::events::iteration::{Instant, settle};
 use crate::initial::consistent::Consistency;
 use crate::initial::{InitialSystem, Start};
 use crate::loops::judge;
+use crate::output::check_outputs;
 use crate::problem::Problem;
 use crate::weights::Weights;
 
@@ -394,7 +395,10 @@ impl Exchange {
     pub fn outputs(&mut self, system: &mut dyn DaeSystem, row: &mut [f64]) -> Result<(), SolveError> {
         self.solve(system)?;
         system.outputs(self.now.t, &self.now.y, &self.now.yp, row);
-        Ok(())
+        if row.iter().all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        self.within(system, |this, problem| check_outputs(problem, this.now.t, (&this.now.y, &this.now.yp), row))
     }
 
     /// Unknowns and rates, as they were solved for last.

@@ -88,22 +88,8 @@ impl Output {
         if let Some(sensitivity) = sensitivity {
             sensitivity.outputs(problem, t, (y, yp), derivatives);
         }
-        if !all_finite(&self.row[..self.outputs]) {
-            let failure = problem.system.diagnose(t, y, yp).unwrap_or_else(|| self.not_finite(problem));
-            return Err(SolveError::evaluation(Stage::Step, t, failure, problem));
-        }
+        check_outputs(problem, t, (y, yp), &self.row[..self.outputs])?;
         sink.row(t, &self.row, kind).map_err(|error| SolveError::Sink { time: t, error })
-    }
-
-    /// The first recorded variable that is not finite.
-    fn not_finite(&self, problem: &Problem<'_>) -> EvalFailure {
-        let bad = self.row.iter().position(|value| !value.is_finite());
-        let tables = problem.system.tables();
-        let variable = tables.variables.iter().find_map(|info| {
-            let recorded = |source: &Source| matches!(source.place, Place::Output(k) if Some(k as usize) == bad);
-            info.sources.iter().position(recorded).map(|element| info.name.element(element))
-        });
-        EvalFailure { variable, reason: "not a number".into(), ..EvalFailure::default() }
     }
 
     /// The output points up to `end` (s) that the last step passed; those at `end` itself only if `inclusive`, else they are
@@ -257,4 +243,25 @@ impl Output {
         self.open.drain(..before);
         Ok(())
     }
+}
+
+/// An error where a recorded variable is not finite, as where a square root has no value: why, if the model can say, else the first such variable.
+pub(crate) fn check_outputs(
+    problem: &mut Problem<'_>,
+    t: f64,
+    (y, yp): (&[f64], &[f64]),
+    row: &[f64],
+) -> Result<(), SolveError> {
+    if all_finite(row) {
+        return Ok(());
+    }
+    let failure = problem.system.diagnose(t, y, yp).unwrap_or_else(|| {
+        let bad = row.iter().position(|value| !value.is_finite());
+        let variable = problem.system.tables().variables.iter().find_map(|info| {
+            let recorded = |source: &Source| matches!(source.place, Place::Output(k) if Some(k as usize) == bad);
+            info.sources.iter().position(recorded).map(|element| info.name.element(element))
+        });
+        EvalFailure { variable, reason: "not a number".into(), ..EvalFailure::default() }
+    });
+    Err(SolveError::evaluation(Stage::Step, t, failure, problem))
 }

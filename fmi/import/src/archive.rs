@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
-use std::io::{BufReader, Read, Seek, Write};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
@@ -28,6 +28,10 @@ const DEEPEST: usize = 64;
 /// Bytes that are copied at a time.
 const CHUNK: usize = 1 << 16;
 
+/// What the end of an archive begins with, and how many bytes it has at most, with its comment.
+const END: [u8; 4] = *b"PK\x05\x06";
+const LONGEST_END: u64 = 22 + (1 << 16);
+
 const DESCRIPTION: &str = "modelDescription.xml";
 const TERMINALS: &str = "terminalsAndIcons/terminalsAndIcons.xml";
 
@@ -43,6 +47,19 @@ pub struct Unit {
     pub(crate) folder: Arc<Folder>,
 }
 
+/// How many entries the end of an archive says that there are (APPNOTE 6.3.10, section 4.3.16); none where that has no end of the usual kind, or more entries
+/// than it can count.
+fn entries_listed(source: &mut (impl Read + Seek)) -> std::io::Result<Option<usize>> {
+    let length = source.seek(SeekFrom::End(0))?;
+    source.seek(SeekFrom::Start(length.saturating_sub(LONGEST_END)))?;
+    let mut end = Vec::new();
+    source.read_to_end(&mut end)?;
+    source.rewind()?;
+    let at = end.windows(END.len()).rposition(|own| own == END);
+    let count = at.and_then(|at| end.get(at + 10..at + 12)).map(|own| u16::from_le_bytes([own[0], own[1]]));
+    Ok(count.filter(|&count| count < u16::MAX).map(usize::from))
+}
+
 impl Unit {
     /// Reads an archive.
     ///
@@ -52,9 +69,15 @@ impl Unit {
         let file = path.display().to_string();
         let of = |sentence: String| Fault::of(&file, sentence);
         let source = File::open(path).map_err(|error| of(format!("the file cannot be read: {error}")))?;
-        let archive = ZipArchive::new(BufReader::new(source));
+        let mut source = BufReader::new(source);
+        let listed = entries_listed(&mut source).ok().flatten();
+        let archive = ZipArchive::new(source);
         let mut archive =
             archive.map_err(|error| of(format!("it is not a unit: not an archive that can be read ({error})")))?;
+        // Of two entries of one name the archive's reader shows the second alone.
+        if listed.is_some_and(|listed| listed != archive.len()) {
+            return Err(of("an entry stands in the archive twice".to_string()));
+        }
         Self::unpack(&mut archive, &file).map_err(|fault| of(fault.to_string()))
     }
 

@@ -7,7 +7,7 @@ use std::io;
 use std::sync::Arc;
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{InputError, InputSite, Instants, ParameterError, Pattern, Series, Tables};
+use hyd_system::{InputError, InputSite, Instants, ParameterError, Pattern, Place, Series, Source, Tables};
 
 use crate::archive::Unit;
 use crate::driver::{Driver, tool};
@@ -233,8 +233,22 @@ impl Stepping {
             let asked =
                 self.driver.remote.ask(Operation::Outputs, |_| {}).map(|mut reader| reader.reals(&mut self.row));
             asked.map_err(|_| self.failed())?;
+            self.check_row()?;
         }
         sink.row(self.time, &self.row, RowKind::Normal).map_err(StepRun::Sink)
+    }
+
+    /// Values that are not finite are no result, whatever status the unit gave with them.
+    fn check_row(&self) -> Result<(), StepRun> {
+        let Some(bad) = self.row.iter().position(|value| !value.is_finite()) else { return Ok(()) };
+        let tables = &self.driver.layout.tables;
+        let name = tables.variables.iter().find_map(|info| {
+            let is_bad = |source: &Source| matches!(source.place, Place::Output(k) if k as usize == bad);
+            info.sources.iter().position(is_bad).map(|element| info.name.element(element))
+        });
+        let (name, value) = (name.unwrap_or_default(), self.row[bad]);
+        let sentence = format!("`{name}` is {value} at t = {} s", self.time);
+        Err(StepRun::Failed(Fault::of(&tables.model, sentence)))
     }
 
     fn failed(&self) -> StepRun {

@@ -92,6 +92,10 @@ pub(crate) struct Core {
     pub(crate) at: f64,
     /// Inputs have changed since the last step.
     pub(crate) disturbed: bool,
+    /// Solver and model as they were before inputs that have changed acted, where they did so because somebody looked at the point.
+    pub(crate) unsettled: Option<(Box<Onward>, Instance)>,
+    /// Inputs whose slope was set since the last step.
+    pub(crate) sloped: Vec<bool>,
     /// An event of the unit's own waits for the importer.
     pub(crate) waiting: bool,
     /// Outputs at the present point, if they are up to date.
@@ -142,6 +146,8 @@ impl Core {
             unstarted: true,
             at: start,
             disturbed: false,
+            unsettled: None,
+            sloped: vec![false; model.structure.inputs.len()],
             waiting: false,
             row,
             fresh: false,
@@ -178,10 +184,14 @@ impl Core {
         self.allow("setting up the experiment", &[Mode::Instantiated])?;
         let stop_is_ahead = setup.stop.is_none_or(|stop| stop.is_finite() && stop >= setup.start);
         if !setup.start.is_finite() || !stop_is_ahead {
-            return Err(Fault::usage(format!("a run from {} s to {:?} s is not possible", setup.start, setup.stop)));
+            return Err(Fault::usage(format!(
+                "a run from {} s to {} s is not possible",
+                setup.start,
+                setup.stop.unwrap_or(f64::INFINITY)
+            )));
         }
-        if setup.tolerance.is_some_and(|tolerance| !(tolerance > 0.0 && tolerance.is_finite())) {
-            return Err(Fault::usage(format!("the tolerance {:?} is not a positive number", setup.tolerance)));
+        if let Some(tolerance) = setup.tolerance.filter(|tolerance| !(*tolerance > 0.0 && tolerance.is_finite())) {
+            return Err(Fault::usage(format!("the tolerance {tolerance} is not a positive number")));
         }
         self.setup = setup;
         self.at = setup.start;
@@ -221,7 +231,7 @@ impl Core {
                 self.engine = Engine::Stepping(steps);
             }
         }
-        (self.unstarted, self.disturbed) = (false, false);
+        (self.unstarted, self.disturbed, self.unsettled) = (false, false, None);
         Ok(())
     }
 

@@ -15,20 +15,21 @@ const STEP: f64 = 6e-6;
 
 /// A known of which derivatives are asked for.
 enum Known {
-    State(usize),
+    /// A state, with the sign with which the variable has it.
+    State(usize, f64),
     Input(usize),
 }
 
 impl Core {
     /// The change of each unknown when each known changes by its seed.
     pub(crate) fn directional(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Fault> {
-        let places: Vec<(u32, f64)> = unknowns.iter().map(|&k| self.row_place(k)).collect::<Result<_, _>>()?;
+        let places: Vec<Option<(u32, f64)>> = unknowns.iter().map(|&k| self.row_place(k)).collect::<Result<_, _>>()?;
         self.refresh()?;
         let mut dx = vec![0.0; self.state_count()];
         let mut du = vec![0.0; self.structure().inputs.len()];
         for (&reference, &value) in knowns.iter().zip(seed) {
             match self.known_of(reference)? {
-                Known::State(k) => dx[k] += value,
+                Known::State(k, sign) => dx[k] += sign * value,
                 Known::Input(site) => du[site] += value,
             }
         }
@@ -50,7 +51,11 @@ impl Core {
         };
         let mut moved = None;
         let mut result = Vec::with_capacity(places.len());
-        for (place, sign) in places {
+        for place in places {
+            let Some((place, sign)) = place else {
+                result.push(0.0);
+                continue;
+            };
             if let Some(value) = exact(place) {
                 result.push(sign * value);
                 continue;
@@ -63,16 +68,16 @@ impl Core {
         Ok(result)
     }
 
-    /// Position in the row of outputs of an unknown, with the sign that it has there.
-    fn row_place(&self, reference: u32) -> Result<(u32, f64), Fault> {
+    /// Position in the row of outputs of an unknown, with the sign that it has there; none for an output that parameters alone decide.
+    fn row_place(&self, reference: u32) -> Result<Option<(u32, f64)>, Fault> {
         let row = &self.known.loaded.model.row;
         match self.known.catalogue.meaning(reference) {
             Some(Meaning::Element(variable, element)) => {
                 let info = &self.known.loaded.model.tables.variables[variable];
                 let source = info.sources[element];
                 match source.place {
-                    Place::Output(k) => Ok((k, if source.negated { -1.0 } else { 1.0 })),
-                    _ => Err(Fault::usage(format!("`{}` is not an unknown of the model", info.name.element(element)))),
+                    Place::Output(k) => Ok(Some((k, if source.negated { -1.0 } else { 1.0 }))),
+                    Place::Parameter(_) | Place::Constant(_) => Ok(None),
                 }
             }
             Some(Meaning::Rate(k)) => {
@@ -81,7 +86,7 @@ impl Core {
                 };
                 let state = exchange.state_unknowns().get(k).copied().unwrap_or_default();
                 let position = row.states.binary_search(&state).unwrap_or_default();
-                Ok((row.assigned + row.unknowns + position as u32, 1.0))
+                Ok(Some((row.assigned + row.unknowns + position as u32, 1.0)))
             }
             _ => Err(Fault::usage(format!("the variable {reference} is not an unknown of the model"))),
         }
@@ -89,9 +94,11 @@ impl Core {
 
     fn known_of(&self, reference: u32) -> Result<Known, Fault> {
         let refused = || Fault::usage(format!("the variable {reference} is neither a state nor an input"));
-        let Engine::Exchange(exchange) = &self.engine else { return Err(refused()) };
+        let Engine::Exchange(exchange) = &self.engine else {
+            return Err(Fault::usage("directional derivatives are for model exchange"));
+        };
         match self.known.catalogue.meaning(reference) {
-            Some(Meaning::State(k)) => Ok(Known::State(k)),
+            Some(Meaning::State(k)) => Ok(Known::State(k, 1.0)),
             Some(Meaning::Element(variable, element)) => {
                 if let Some(&site) = self.known.inputs.get(&(variable, element)) {
                     return Ok(Known::Input(site));
@@ -99,9 +106,10 @@ impl Core {
                 let model = &self.known.loaded.model;
                 let source = model.tables.variables[variable].sources[element];
                 let Place::Output(place) = source.place else { return Err(refused()) };
-                let unknown = place.checked_sub(model.row.assigned).filter(|_| !source.negated).ok_or_else(refused)?;
+                let unknown = place.checked_sub(model.row.assigned).ok_or_else(refused)?;
                 let state = exchange.state_unknowns().iter().position(|&state| state == unknown);
-                state.map(Known::State).ok_or_else(refused)
+                let sign = if source.negated { -1.0 } else { 1.0 };
+                state.map(|state| Known::State(state, sign)).ok_or_else(refused)
             }
             _ => Err(refused()),
         }

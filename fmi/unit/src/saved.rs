@@ -71,6 +71,8 @@ impl Core {
             return Err(damaged());
         }
         (core.fresh, core.disturbed, core.waiting) = (false, false, false);
+        core.unsettled = None;
+        core.sloped.fill(false);
         (core.ended, core.reports) = (None, Vec::new());
         core.engine = match numbers.is_empty() {
             true => Engine::None,

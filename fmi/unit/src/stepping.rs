@@ -43,6 +43,11 @@ impl Core {
             return Err(Fault::usage(format!("the model has ended the run: {message}")));
         }
         self.take_inputs()?;
+        // A step of no length leaves the point as it was.
+        if length > 0.0 {
+            self.unsettled = None;
+            self.sloped.fill(false);
+        }
         Ok(from + length)
     }
 
@@ -98,6 +103,8 @@ impl Core {
         let Engine::Stepping(steps) = &mut self.engine else {
             return Err(Fault::usage("the unit was not made for co-simulation"));
         };
+        // An importer that updates means what inputs are now.
+        self.unsettled = None;
         if std::mem::take(&mut self.waiting) {
             steps.event(&mut self.system).map_err(|error| Fault::end(&error))?;
         }

@@ -57,7 +57,10 @@ impl Core {
             return Ok(());
         }
         if self.disturbed {
-            // What the inputs make of the point is asked for before the step.
+            // What the inputs make of the point is asked for before the step, and they may still change.
+            if let (None, Engine::Stepping(steps)) = (&self.unsettled, &self.engine) {
+                self.unsettled = Some((steps.clone(), self.system.clone()));
+            }
             self.take_inputs()?;
         }
         let row = &mut self.row;
@@ -65,7 +68,9 @@ impl Core {
             Engine::Exchange(exchange) => {
                 exchange.outputs(&mut self.system, row).map_err(|error| Fault::discard(&error))?;
             }
-            Engine::Stepping(steps) => steps.outputs(&mut self.system, self.at, row),
+            Engine::Stepping(steps) => {
+                steps.outputs(&mut self.system, self.at, row).map_err(|error| Fault::discard(&error))?;
+            }
             Engine::None => return Err(Fault::usage("the start has not been found")),
         }
         self.fresh = true;
@@ -213,7 +218,10 @@ impl Core {
             if !value.is_finite() {
                 return Err(Fault { harmless: true, ..Fault::usage(format!("`{}` cannot be {value}", name())) });
             }
-            return self.hold(site, value, 0.0);
+            // A slope that was set since the last step belongs to it, whichever of the two was set first.
+            let sloped = self.sloped.get(site).copied().unwrap_or_default();
+            let slope = if sloped { self.system.line_of_input(site).map_or(0.0, |(_, slope, _)| slope) } else { 0.0 };
+            return self.hold(site, value, slope);
         }
         let source = info.sources.get(element).ok_or_else(|| unknown(reference))?;
         let (Settable::Yes, Place::Parameter(k)) = (&info.settable, source.place) else {
@@ -247,6 +255,7 @@ impl Core {
             return Err(Fault::usage(format!("an input cannot have the slope {slope}")));
         }
         let t = self.time();
+        self.sloped[site] = true;
         let (value, old, from) = self.system.line_of_input(site).unwrap_or((0.0, 0.0, t));
         self.hold(site, value + old * (t - from), slope)
     }
@@ -262,6 +271,18 @@ impl Core {
             (old + old_slope * (t - from)).to_bits() == value.to_bits() && old_slope.to_bits() == slope.to_bits()
         }) {
             return Ok(());
+        }
+        // Events that an earlier value has caused here, when somebody looked at the point, have not happened.
+        if let Some((steps, system)) = self.unsettled.take() {
+            let lines = (0..self.structure().inputs.len()).map(|site| self.system.line_of_input(site));
+            let lines: Vec<_> = lines.collect();
+            self.told = self.told.min(steps.warnings().len());
+            (self.engine, self.system) = (Engine::Stepping(steps), system);
+            for (site, line) in lines.into_iter().enumerate() {
+                if let Some((value, slope, from)) = line {
+                    self.system.hold_input(site, value, (slope, from));
+                }
+            }
         }
         self.system.hold_input(site, value, (slope, t));
         self.fresh = false;

@@ -7,7 +7,7 @@
 //! depends on, so a copy goes on with the same bits.
 
 use hyd_results::Discard;
-use hyd_system::{DaeSystem, EventPhase, Structure};
+use hyd_system::{AssertionReport, DaeSystem, EventPhase, Structure};
 
 use super::{Arrival, Found, Point, Run, Simulator, Stall};
 use crate::delay::Delaying;
@@ -15,6 +15,7 @@ use crate::error::{SolveError, Stage};
 use crate::events::chatter::Chatter;
 use crate::events::iteration::{Instant, settle};
 use crate::loops::judge;
+use crate::output::check_outputs;
 use crate::problem::Problem;
 use crate::{Options, Statistics, Warning};
 
@@ -41,6 +42,8 @@ pub struct Onward {
     t: f64,
     waiting: Option<Found>,
     stall: Stall,
+    /// An assertion that does not hold at the newest point, which lies beyond the point that was asked for.
+    fails_ahead: Option<Box<AssertionReport>>,
     /// Values at the point that was shown last.
     shown: Point,
 }
@@ -74,6 +77,7 @@ impl Onward {
             t: options.start,
             waiting: None,
             stall: Stall::new(options.start),
+            fails_ahead: None,
             shown: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             options,
         }
@@ -93,6 +97,7 @@ impl Onward {
         let never = Progress { time_event: f64::INFINITY, ..Progress::default() };
         self.progress = Progress { last_event: start, unchanged_until: start, ..never };
         (self.t, self.waiting, self.stall) = (start, None, Stall::new(start));
+        self.fails_ahead = None;
         self.within(system, f64::INFINITY, |simulator, run| simulator.begin(run))
     }
 
@@ -101,6 +106,9 @@ impl Onward {
     /// # Errors
     /// As [`Simulator::run`]; the run is at an end then.
     pub fn advance(&mut self, system: &mut dyn DaeSystem, to: f64, beyond: bool) -> Result<Reached, SolveError> {
+        if self.fails_ahead.is_some() {
+            return self.before_failure(system, to);
+        }
         if let Some(reached) = self.reached(to) {
             return Ok(reached);
         }
@@ -115,11 +123,37 @@ impl Onward {
             }
         });
         self.stall = stall;
+        let newest = self.simulator.integrator.t();
+        if beyond
+            && newest > to
+            && let Err(SolveError::Assertion { report, .. }) = arrival
+        {
+            // What holds at the point is not decided by what happens after it.
+            (self.t, self.fails_ahead) = (newest, Some(report));
+            return self.before_failure(system, to);
+        }
         match arrival? {
             Arrival::Plain(t) => self.t = t,
             Arrival::Event(found) => (self.t, self.waiting) = (found.t, Some(found)),
         }
         Ok(self.reached(to).unwrap_or(Reached::Step(self.t)))
+    }
+
+    /// A point before one at which an assertion does not hold: it is judged by the values there.
+    fn before_failure(&mut self, system: &mut dyn DaeSystem, to: f64) -> Result<Reached, SolveError> {
+        if to >= self.t
+            && let Some(report) = self.fails_ahead.take()
+        {
+            return Err(SolveError::Assertion { time: self.t, report });
+        }
+        self.within(system, f64::INFINITY, |simulator, run| {
+            let mut point = std::mem::take(&mut simulator.point);
+            simulator.look_up(to, &mut point);
+            let found = simulator.output.assertions(run.problem, to, (&point.y, &point.yp));
+            simulator.point = point;
+            found
+        })?;
+        Ok(Reached::Point)
     }
 
     fn reached(&self, to: f64) -> Option<Reached> {
@@ -149,7 +183,7 @@ impl Onward {
     /// # Errors
     /// As [`Simulator::run`].
     pub fn disturb(&mut self, system: &mut dyn DaeSystem, at: f64) -> Result<(), SolveError> {
-        (self.t, self.waiting) = (at, None);
+        (self.t, self.waiting, self.fails_ahead) = (at, None, None);
         self.within(system, f64::INFINITY, |simulator, run| {
             let mut point = std::mem::take(&mut simulator.point);
             simulator.look_up(at, &mut point);
@@ -176,16 +210,21 @@ impl Onward {
     }
 
     /// All recorded variables at `at` (s), which lies within the last step, as [`DaeSystem::outputs`] orders them.
-    pub fn outputs(&mut self, system: &mut dyn DaeSystem, at: f64, row: &mut [f64]) {
+    ///
+    /// # Errors
+    /// One of them is not finite.
+    pub fn outputs(&mut self, system: &mut dyn DaeSystem, at: f64, row: &mut [f64]) -> Result<(), SolveError> {
         let mut shown = std::mem::take(&mut self.shown);
-        self.within(system, f64::INFINITY, |simulator, run| {
+        let found = self.within(system, f64::INFINITY, |simulator, run| {
             simulator.look_up(at, &mut shown);
             let Point { y, yp } = &mut shown;
             let place = (at, simulator.integrator.step_size());
             simulator.consistency.project(run.problem, place, &simulator.weights, y, yp);
             run.problem.system.outputs(at, y, yp, row);
+            check_outputs(run.problem, at, (y, yp), row)
         });
         self.shown = shown;
+        found
     }
 
     /// Unknowns and rates at the point that was shown last.

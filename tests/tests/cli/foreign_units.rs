@@ -14,7 +14,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::process::{Outcome, Scratch, assert_no_panic, command, run};
-use crate::units::library;
+use crate::unit_client::library;
 
 /// A mass with a friction that a force moves: an input, parameters, an output, a state inside.
 pub(crate) const MASS: &str = "model Mass

@@ -47,7 +47,7 @@ fn run(folder: &Path, line: &str) -> Outcome {
     );
     let mut command = Command::new(program);
     command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
-    command.env("HYD_UNIT", crate::units::library());
+    command.env("HYD_UNIT", crate::unit_client::library());
     let command = command
         .args(&words[1..])
         .current_dir(folder)

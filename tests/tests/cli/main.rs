@@ -42,7 +42,9 @@ mod study_names;
 #[cfg(unix)]
 mod study_units;
 mod sweeps;
+mod unit_client;
 mod unit_derivatives;
+mod unit_values;
 mod units;
 mod view;
 mod written_models;

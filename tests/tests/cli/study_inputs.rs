@@ -120,7 +120,7 @@ fn a_fit_of_a_unit_finds_the_parameters() {
     for (version, held) in [("2.0", false), ("3.0", true)] {
         let folder = folder(held, 0);
         let build = ["build", "m.hyd", "--fmu", version, "-o", "m.fmu"];
-        let made = command(folder.path(), &build).env("HYD_UNIT", crate::units::library()).output().unwrap();
+        let made = command(folder.path(), &build).env("HYD_UNIT", crate::unit_client::library()).output().unwrap();
         assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
         let hold = format!("offset = 50, hold = \"{}\" }}", if held { "zero" } else { "linear" });
         let study = STUDY.replace("offset = 50 }", &hold).replace("m.hyd", "m.fmu");

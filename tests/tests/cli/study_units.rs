@@ -106,7 +106,7 @@ fn lab(hidden: Hidden) -> Scratch {
     let folder = Scratch::new();
     folder.write("m.hyd", MODEL);
     let build = ["build", "m.hyd", "--fmu", "3.0", "-o", "m.fmu"];
-    let made = command(folder.path(), &build).env("HYD_UNIT", crate::units::library()).output().unwrap();
+    let made = command(folder.path(), &build).env("HYD_UNIT", crate::unit_client::library()).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     // Nothing but the unit tells what the model is.
     std::fs::remove_file(folder.path().join("m.hyd")).unwrap();
@@ -214,7 +214,7 @@ fn connectors_of_a_unit_are_named_as_the_unit_has_them() {
          model M\n  Bus bus;\n  parameter Real T = 0.5;\nequation\n  T*der(bus.y) = bus.u - bus.y;\nend M;\n",
     );
     let build = ["build", "m.hyd", "--model", "M", "--fmu", "3.0", "-o", "m.fmu"];
-    let made = command(folder.path(), &build).env("HYD_UNIT", crate::units::library()).output().unwrap();
+    let made = command(folder.path(), &build).env("HYD_UNIT", crate::unit_client::library()).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     folder.write(
         "st.toml",
@@ -248,7 +248,7 @@ fn the_shot_to_make_next_is_proposed_for_a_unit() {
          Real v = (u_0 - y)/T;\nequation\n  der(y) = v;\nend M;\n",
     );
     let build = ["build", "m.hyd", "--fmu", "3.0", "-o", "m.fmu"];
-    let made = command(folder.path(), &build).env("HYD_UNIT", crate::units::library()).output().unwrap();
+    let made = command(folder.path(), &build).env("HYD_UNIT", crate::unit_client::library()).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     std::fs::remove_file(folder.path().join("m.hyd")).unwrap();
     folder.write(

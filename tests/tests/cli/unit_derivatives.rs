@@ -9,7 +9,7 @@ use zip::write::SimpleFileOptions;
 use zip::{ZipArchive, ZipWriter};
 
 use crate::process::{Scratch, command, run};
-use crate::units::library;
+use crate::unit_client::library;
 
 /// Output intervals of a run.
 const ROWS: usize = 40;

@@ -1,0 +1,258 @@
+//! What the values of a unit say, and when: outputs without a value, failures ahead of a step, inputs that are looked at before they are final,
+//! what depends on what.
+//!
+//! Solutions are closed forms.
+
+use std::ffi::CString;
+use std::fs;
+use std::io::{Cursor, Read, Write};
+
+use hyd_unit::{fmi2, fmi3};
+use zip::write::SimpleFileOptions;
+use zip::{ZipArchive, ZipWriter};
+
+use crate::process::Scratch;
+use crate::unit_client::{DISCARD, ERROR, OK, begin, hyd, make, step};
+
+/// An output that a parameter or a constant decides changes with nothing; one that is a state with the other sign changes with that.
+#[test]
+fn outputs_that_are_parameters_have_derivatives() {
+    let unit = make(
+        "output of parameter",
+        "3.0",
+        "model Gain
+           parameter Real k = 2;
+           input Real u(start = 1);
+           Real x(start = 1, fixed = true);
+           output Real of_k = k;
+           output Real of_one = 1;
+           output Real y = 3*x;
+           output Real against = -x;
+         equation
+           der(x) = -k*x + u;
+         end Gain;",
+    );
+    let it = unit.exchange();
+    begin(it, 1.0);
+    let none = std::ptr::null_mut();
+    assert_eq!(fmi3::fmi3UpdateDiscreteStates(it, none, none, none, none, none, std::ptr::null_mut()), OK);
+    assert_eq!(fmi3::fmi3EnterContinuousTimeMode(it), OK);
+    let unknowns = ["of_k", "y", "of_one", "der(x)"].map(|name| unit.reference(name));
+    for (known, expected) in
+        [("x", [0.0, 3.0, 0.0, -2.0]), ("against", [0.0, -3.0, 0.0, 2.0]), ("u", [0.0, 0.0, 0.0, 1.0])]
+    {
+        let (known, seed, mut found) = (unit.reference(known), 1.0, [f64::NAN; 4]);
+        let status =
+            fmi3::fmi3GetDirectionalDerivative(it, unknowns.as_ptr(), 4, &known, 1, &seed, 1, found.as_mut_ptr(), 4);
+        assert_eq!(status, OK);
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-7, "{found}, not {expected}");
+        }
+    }
+    fmi3::fmi3FreeInstance(it);
+}
+
+/// x = t reaches 0.8 within a step that the solver takes at once: what was before stays right, and the step that comes there fails.
+#[test]
+fn an_assertion_ends_the_step_in_which_it_stops_to_hold() {
+    let unit = make(
+        "assertion ahead",
+        "3.0",
+        "model Tank
+           Real x(start = 0, fixed = true);
+         equation
+           der(x) = 1;
+           assert(x < 0.8, \"the tank runs over\");
+         end Tank;",
+    );
+    let tank = unit.stepping();
+    begin(tank, 2.0);
+    let mut t: f64 = 0.0;
+    for _ in 0..79 {
+        assert_eq!(step(tank, t, 0.01).0, OK, "at {t}");
+        t += 0.01;
+        assert!((unit.get(tank, "x") - t).abs() < 1e-9);
+    }
+    assert_eq!(step(tank, t, 0.02).0, ERROR);
+    fmi3::fmi3FreeInstance(tank);
+}
+
+/// The square root of a negative number is no value, whoever integrates.
+#[test]
+fn outputs_without_a_value_are_told() {
+    let text = "model Root
+           input Real u(start = 1);
+           Real x(start = 1, fixed = true);
+           output Real y = sqrt(x);
+         equation
+           der(x) = -u;
+         end Root;";
+    let unit = make("no value", "3.0", text);
+    let root = unit.stepping();
+    begin(root, 2.0);
+    assert_eq!(step(root, 0.0, 0.75).0, OK);
+    assert!((unit.get(root, "y") - 0.5).abs() < 1e-6);
+    assert_eq!(step(root, 0.75, 0.75).0, OK);
+    let (y, mut value) = (unit.reference("y"), f64::NAN);
+    assert_eq!(fmi3::fmi3GetFloat64(root, &y, 1, &mut value, 1), DISCARD);
+    fmi3::fmi3FreeInstance(root);
+    let it = unit.exchange();
+    begin(it, 2.0);
+    let none = std::ptr::null_mut();
+    assert_eq!(fmi3::fmi3UpdateDiscreteStates(it, none, none, none, none, none, std::ptr::null_mut()), OK);
+    assert_eq!(fmi3::fmi3EnterContinuousTimeMode(it), OK);
+    assert_eq!(fmi3::fmi3SetContinuousStates(it, &-0.5, 1), OK);
+    assert_eq!(fmi3::fmi3GetFloat64(it, &y, 1, &mut value, 1), DISCARD);
+    assert_eq!(fmi3::fmi3SetContinuousStates(it, &0.25, 1), OK);
+    assert_eq!(unit.get(it, "y"), 0.5);
+    fmi3::fmi3FreeInstance(it);
+    // As a unit that `hyd` steps.
+    let run = hyd(&unit.folder, &["simulate", "case.fmu", "--as", "co-simulation", "--stop", "2", "--result", "r.csv"]);
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert!(run.status.code() == Some(3) && !unit.folder.join("r.csv").exists(), "{said}");
+}
+
+/// A master that iterates over the inputs of a point looks at it between them: only the last values have ever been.
+#[test]
+fn looking_at_a_point_causes_no_events() {
+    let unit = make(
+        "looking",
+        "3.0",
+        "model Counter
+           input Real u(start = 0);
+           Integer n(start = 0, fixed = true);
+           Real x(start = 0, fixed = true);
+           output Boolean b = u > 0.5;
+           output Real shown = n + u;
+         equation
+           der(x) = u;
+           when b then
+             n = pre(n) + 1;
+           end when;
+         end Counter;",
+    );
+    let it = unit.stepping();
+    begin(it, 2.0);
+    assert_eq!(step(it, 0.0, 0.5).0, OK);
+    for (u, shown) in [(1.0, 2.0), (0.0, 0.0), (1.0, 2.0), (0.25, 0.25), (0.0, 0.0)] {
+        assert_eq!(unit.set(it, "u", u), OK);
+        assert_eq!(unit.get(it, "shown"), shown, "with {u}");
+    }
+    assert_eq!(step(it, 0.5, 0.5).0, OK);
+    assert_eq!(unit.get(it, "shown"), 0.0);
+    assert_eq!(unit.set(it, "u", 1.0), OK);
+    assert_eq!(unit.get(it, "shown"), 2.0);
+    assert_eq!(step(it, 1.0, 0.5).0, OK);
+    assert_eq!(unit.get(it, "shown"), 2.0);
+    assert!((unit.get(it, "x") - 0.5).abs() < 1e-9);
+    fmi3::fmi3FreeInstance(it);
+}
+
+/// In version 2.0 value and slope of an input are two calls, of which none has to be the first.
+#[test]
+fn value_and_slope_have_no_order() {
+    let unit = make(
+        "slope",
+        "2.0",
+        "model Integrator
+           input Real u(start = 0);
+           output Real x(start = 0, fixed = true);
+         equation
+           der(x) = u;
+         end Integrator;",
+    );
+    let (token, resources) = (unit.token(), format!("file://{}", unit.folder.join("resources").display()));
+    let resources = CString::new(resources.replace(' ', "%20")).expect("a text");
+    let (u, x) = (unit.reference("u"), unit.reference("x"));
+    for value_first in [true, false] {
+        let name = CString::default();
+        let it = fmi2::fmi2Instantiate(name.as_ptr(), 1, token.as_ptr(), resources.as_ptr(), std::ptr::null(), 0, 0);
+        assert!(!it.is_null());
+        assert_eq!(fmi2::fmi2SetupExperiment(it, 1, 1e-8, 0.0, 1, 1.0), OK);
+        assert_eq!(fmi2::fmi2EnterInitializationMode(it), OK);
+        assert_eq!(fmi2::fmi2ExitInitializationMode(it), OK);
+        let value = || assert_eq!(fmi2::fmi2SetReal(it, &u, 1, &0.5), OK);
+        let slope = || assert_eq!(fmi2::fmi2SetRealInputDerivatives(it, &u, 1, &1, &2.0), OK);
+        if value_first {
+            value();
+            slope();
+        } else {
+            slope();
+            value();
+        }
+        let mut found = f64::NAN;
+        assert_eq!(fmi2::fmi2DoStep(it, 0.0, 0.1, 1), OK);
+        assert_eq!(fmi2::fmi2GetReal(it, &x, 1, &mut found), OK);
+        assert!((found - 0.06).abs() < 1e-9, "{found}");
+        // A value of the next step alone is held.
+        assert_eq!(fmi2::fmi2SetReal(it, &u, 1, &1.0), OK);
+        assert_eq!(fmi2::fmi2DoStep(it, 0.1, 0.1, 1), OK);
+        assert_eq!(fmi2::fmi2GetReal(it, &x, 1, &mut found), OK);
+        assert!((found - 0.16).abs() < 1e-9, "{found}");
+        fmi2::fmi2FreeInstance(it);
+    }
+}
+
+/// A rate may depend on the time; an output that is a state depends on nothing else, so that a loop of two units is none of algebraic equations.
+#[test]
+fn the_structure_names_the_time_and_no_feedthrough_of_states() {
+    let text = "model Mass
+           input Real f(start = 0);
+           output Real s(start = 0, fixed = true);
+           output Real pushed = s + f;
+           Real v(start = 0, fixed = true);
+         equation
+           der(s) = v;
+           der(v) = f + sin(time);
+         end Mass;";
+    let unit = make("structure", "3.0", text);
+    let list = |of: &[&str]| {
+        let mut all: Vec<u32> = of.iter().map(|name| unit.reference(name)).collect();
+        all.sort_unstable();
+        all.iter().map(u32::to_string).collect::<Vec<_>>().join(" ")
+    };
+    let depends = |element: &str, name: &str| {
+        unit.attribute(&format!("<{element} valueReference=\"{}\"", unit.reference(name)), "dependencies")
+    };
+    assert_eq!(depends("Output", "s"), list(&["s"]));
+    assert!(
+        depends("ContinuousStateDerivative", "der(v)").split(' ').any(|own| own == unit.reference("time").to_string())
+    );
+    assert!(
+        depends("ContinuousStateDerivative", "der(v)").split(' ').any(|own| own == unit.reference("f").to_string())
+    );
+    let two = make("structure", "2.0", text);
+    let outputs = two.description.split("<Outputs>").nth(1).and_then(|rest| rest.split("</Outputs>").next());
+    assert!(outputs.is_some_and(|own| own.contains("dependencies=\"")), "{outputs:?}");
+}
+
+/// Of two entries of one name an archive's reader sees one: which one was meant nobody knows.
+#[test]
+fn an_entry_that_stands_twice_is_refused() {
+    let unit = make("twice", "3.0", "model M\n  Real x(start = 1, fixed = true);\nequation\n  der(x) = -x;\nend M;");
+    let bytes = fs::read(unit.folder.join("case.fmu")).expect("the unit");
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).expect("an archive");
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    for k in 0..archive.len() {
+        let mut entry = archive.by_index(k).expect("an entry");
+        let name = entry.name().expect("a name").into_owned();
+        let mut content = Vec::new();
+        entry.read_to_end(&mut content).expect("read");
+        writer.start_file(name, SimpleFileOptions::default()).expect("begun");
+        writer.write_all(&content).expect("written");
+    }
+    // A writer refuses a name that it knows: the second one gets it afterwards.
+    writer.start_file("modelDescription.xmL", SimpleFileOptions::default()).expect("begun");
+    writer.write_all(b"<other/>").expect("written");
+    let mut bytes = writer.finish().expect("finished").into_inner();
+    let mut at = 0;
+    while let Some(next) = bytes[at..].windows(20).position(|own| own == b"modelDescription.xmL") {
+        bytes[at + next + 19] = b'l';
+        at += next;
+    }
+    let folder = Scratch::new();
+    fs::write(folder.path().join("twice.fmu"), bytes).expect("written");
+    let run = hyd(folder.path(), &["simulate", "twice.fmu", "--result", "r.csv"]);
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert!(run.status.code() == Some(1) && said.contains("stands in the archive twice"), "{said}");
+}
