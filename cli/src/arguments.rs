@@ -424,8 +424,8 @@ pub struct Compare {
 /// `hyd diff`
 #[derive(Args, Debug)]
 pub struct Diff {
-    /// Two files or folders (or the seven arguments by which git calls: git config diff.hyd.command "hyd diff")
-    #[arg(value_name = "PATH", required = true, num_args = 2..=7)]
+    /// Two files or folders (or the arguments by which git calls: git config diff.hyd.command "hyd diff")
+    #[arg(value_name = "PATH", required = true, num_args = 2..=9)]
     pub paths: Vec<PathBuf>,
     /// Prints the changes as JSON
     #[arg(long)]

@@ -3,6 +3,7 @@
 //! A fact has a name by which it is found in the other text (a component, a modified element, a base class) and what it says, as
 //! tokens side by side; equations, connections and statements have no name but what they say.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -16,6 +17,9 @@ use hyd_syntax::{parse, print_expr, print_path, print_reference};
 /// Annotations that only say how a class looks or is documented.
 const GRAPHICS: [&str; 8] =
     ["Icon", "Diagram", "Placement", "Line", "Documentation", "preferredView", "choicesAllMatching", "Dialog"];
+
+/// Integers up to here are numbers of all their digits.
+const LARGEST: f64 = 9e15;
 
 /// What kind of construct a fact is of; facts are listed in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -92,8 +96,7 @@ impl Reader<'_> {
     /// What a span says: its tokens with a blank between them, comments left out.
     fn said(&self, span: Span) -> String {
         let part = self.text.get(span.start as usize..span.end as usize).unwrap_or_default();
-        let words: Vec<&str> = tokens(part).filter(|token| !token.is_comment()).map(|token| token.text).collect();
-        tight(&words)
+        tight(&words(part))
     }
 
     fn class(&self, class: &Arc<ClassDef>, within: &str, found: &mut BTreeMap<String, Facts>) {
@@ -226,7 +229,7 @@ impl Reader<'_> {
     /// The values that a modification gives, each by the name of what it modifies.
     fn modified(&self, modification: &Modification, name: &str, add: &mut impl FnMut(Kind, String, String)) {
         if let Some(binding) = &modification.binding {
-            add(Kind::Value, name.to_string(), print_expr(binding));
+            add(Kind::Value, name.to_string(), tight(&words(&print_expr(binding))));
         }
         for argument in &modification.arguments {
             let joined = |own: &str| if name.is_empty() { own.to_string() } else { format!("{name}.{own}") };
@@ -291,15 +294,32 @@ fn prefixes(own: &hyd_syntax::tree::ElementPrefixes) -> Vec<String> {
     all.iter().filter(|(is, _)| *is).map(|(_, word)| (*word).to_string()).collect()
 }
 
+/// The tokens of a text without comments; numbers by what they are, however they are written.
+fn words(text: &str) -> Vec<Cow<'_, str>> {
+    tokens(text).filter(|token| !token.is_comment()).map(|token| number(token.text)).collect()
+}
+
+/// `1.0` and `1` are one number, as are `1e5` and `100000`; other tokens stay.
+fn number(token: &str) -> Cow<'_, str> {
+    let is_number = token.starts_with(|first: char| first.is_ascii_digit() || first == '.');
+    match token.parse::<f64>() {
+        // All digits of larger integers count.
+        Ok(value) if is_number && value.abs() < LARGEST => {
+            Cow::Owned(format!("{value:?}").trim_end_matches(".0").to_string())
+        }
+        _ => Cow::Borrowed(token),
+    }
+}
+
 /// Tokens as one writes them in a line.
-fn tight(words: &[&str]) -> String {
+fn tight(words: &[Cow<'_, str>]) -> String {
     let mut text = String::new();
-    for (k, word) in words.iter().enumerate() {
-        let before = k.checked_sub(1).map(|k| words[k]);
-        let is_tight = matches!(*word, "(" | ")" | "," | ";" | "." | "[" | "]" | "^" | "*" | "/" | "}" | ":")
+    for (k, word) in words.iter().map(AsRef::as_ref).enumerate() {
+        let before = k.checked_sub(1).map(|k| words[k].as_ref());
+        let is_tight = matches!(word, "(" | ")" | "," | ";" | "." | "[" | "]" | "^" | "*" | "/" | "}" | ":")
             || matches!(before, None | Some("(" | "." | "[" | "^" | "*" | "/" | "{" | ":"));
         // A bracket that does not belong to a name stands apart.
-        let is_apart = *word == "("
+        let is_apart = word == "("
             && matches!(before, Some("=" | "+" | "-" | "then" | "else" | "and" | "or" | "not" | "if" | "in"));
         if !is_tight || is_apart {
             text.push(' ');

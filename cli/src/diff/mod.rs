@@ -1,6 +1,7 @@
 //! `hyd diff A B`: what changed in the models of two texts, whatever changed in their layout, comments, order and graphics.
 //!
-//! Called by git as an external difference (`git config diff.hyd.command "hyd diff"`) it gets seven arguments and always ends well.
+//! Called by git as an external difference (`git config diff.hyd.command "hyd diff"`) it gets seven arguments, nine for a file that was renamed, and always
+//! ends well.
 
 mod facts;
 mod page;
@@ -35,12 +36,22 @@ pub(crate) fn diff(arguments: &Diff) -> Result<(), Failure> {
         [first, second] => (None, first.clone(), second.clone(), false),
         // path old-file old-hex old-mode new-file new-hex new-mode
         [path, first, _, _, second, _, _] => (Some(path.clone()), first.clone(), second.clone(), true),
+        // The same, then the new path and what git says of the renaming.
+        [_, first, _, _, second, _, _, path, _] => (Some(path.clone()), first.clone(), second.clone(), true),
         _ => return Err(Failure::Usage("two files are compared: hyd diff A B".to_string())),
     };
     if let Some(path) = &arguments.html {
         check_target("--html", path, &[&first, &second])?;
     }
-    let (before, mut after) = (models(&first)?, models(&second)?);
+    let (before, mut after) = match (models(&first), models(&second)) {
+        (Ok(before), Ok(after)) => (before, after),
+        // Git would end there and show no other file.
+        (Err(Failure::Fault(why)), _) | (_, Err(Failure::Fault(why))) if by_git => {
+            let path = shown.as_ref().unwrap_or(&second).display();
+            return output::print(&format!("{path}\n  not compared: {why}\n"));
+        }
+        (Err(failure), _) | (_, Err(failure)) => return Err(failure),
+    };
     let renamed = renamed(&before, &mut after);
     let changes: Vec<Change> = renamed.into_iter().chain(changes(&before, &after)).collect();
     if let Some(path) = &arguments.html {
@@ -164,7 +175,14 @@ fn changes(before: &BTreeMap<String, Facts>, after: &BTreeMap<String, Facts>) ->
                 }
             }
             (Some(before), None) => found.push(change(Kind::Class, "", head(before), None)),
-            (None, after) => found.push(change(Kind::Class, "", None, after.and_then(head))),
+            (None, Some(after)) => {
+                found.push(change(Kind::Class, "", None, head(after)));
+                // Of a class that is new all is new; one that is gone takes with it what it said.
+                let says = after.iter().filter(|((kind, name), _)| *kind != Kind::Class || !name.is_empty());
+                let own = says.flat_map(|((kind, name), list)| list.iter().map(move |own| (*kind, name, own)));
+                found.extend(own.map(|(kind, name, own)| change(kind, name, None, Some(own.clone()))));
+            }
+            (None, None) => {}
         }
     }
     found

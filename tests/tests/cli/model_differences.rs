@@ -121,6 +121,41 @@ fn another_name_is_one_change() {
     assert_eq!(outcome.stdout, "Shop.Cart\n  ~ name: Shop.Cart -> Shop.Wagon\n  ~ damper.d: 1 -> 2\n");
 }
 
+/// `1` and `1.0` are one number; the digits of large integers all count.
+#[test]
+fn numbers_are_what_they_are() {
+    let folder = Scratch::new();
+    let text = "model A\n  Real x(start = 1) = 2*time;\nequation\n  der(y) = -1e5*x;\nend A;\n";
+    folder.write("a.mo", text);
+    folder.write("b.mo", text.replace("= 1)", "= 1.0)").replace("2*", "2.0*").replace("1e5", "100000"));
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo"]);
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), "the models are the same\n"), "{}", outcome.stderr);
+    folder.write("b.mo", text.replace("2*", "9007199254740993*"));
+    folder.write("c.mo", text.replace("2*", "9007199254740992*"));
+    assert_eq!(run(folder.path(), &["diff", "b.mo", "c.mo"]).code, Some(1));
+}
+
+/// What a class that is new says, as of the one that a search has written.
+const NEW: &str = "cart.mo
+Shop.Cart
+  + model
+  + description: rolls
+  + Hyd.Translational.Components: *
+  + Mass body
+  + HousingDamper damper
+  + parameter Real m
+  + HousingSpring spring
+  + body.m = m
+  + body.s.start = 0.1
+  + damper.d = 1
+  + m = 3
+  + m.unit = \"kg\"
+  + spring.k = 100
+  + connect(body.flange, spring.flange)
+  + connect(body.flange, damper.flange)
+  + annotation experiment.StopTime: 1
+";
+
 #[test]
 fn git_and_broken_texts() {
     let folder = Scratch::new();
@@ -135,15 +170,23 @@ fn git_and_broken_texts() {
         outcome.stderr
     );
     let outcome = run(folder.path(), &["diff", "cart.mo", "/dev/null", ".", ".", "b.mo", "89abcde", "100644"]);
-    assert_eq!(
-        (outcome.code, outcome.stdout.as_str()),
-        (Some(0), "cart.mo\nShop.Cart\n  + model\n"),
-        "{}",
-        outcome.stderr
-    );
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), NEW), "{}", outcome.stderr);
+    // A file that was renamed: then come its new path and what git says of that.
+    let said = "similarity index 98%\nrename from cart.mo\nrename to wagon.mo\n";
+    let call = ["diff", "cart.mo", "a.mo", "1234567", "100644", "b.mo", "89abcde", "100644", "wagon.mo", said];
+    let outcome = run(folder.path(), &call);
+    let expected = (Some(0), "wagon.mo\nShop.Cart\n  ~ m: 2 -> 3\n");
+    assert_eq!((outcome.code, outcome.stdout.as_str()), expected, "{}", outcome.stderr);
     folder.write("c.mo", "model C\n  Real x\nend C;\n");
     let outcome = run(folder.path(), &["diff", "a.mo", "c.mo"]);
     assert!(outcome.code == Some(1) && outcome.stderr.contains("`c.mo`, line"), "{}", outcome.stderr);
+    // Git goes on with other files.
+    let outcome = run(folder.path(), &["diff", "cart.mo", "a.mo", "1234567", "100644", "c.mo", "89abcde", "100644"]);
+    assert!(
+        outcome.code == Some(0) && outcome.stdout.starts_with("cart.mo\n  not compared: `c.mo`, line"),
+        "{}",
+        outcome.stdout
+    );
     let outcome = run(folder.path(), &["diff", "a.mo", "b.mo", "b.mo"]);
     assert!(outcome.code == Some(2) && outcome.stderr.contains("two files are compared"), "{}", outcome.stderr);
 }
