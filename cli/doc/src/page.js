@@ -1,4 +1,4 @@
-// Finding a class: the tree shows those whose full name holds what was typed.
+// Finding a class: the tree shows those whose full name or description holds what was typed.
 (function () {
   const field = document.getElementById("find");
   const tree = document.getElementById("tree");

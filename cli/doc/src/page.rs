@@ -156,7 +156,8 @@ fn node(library: &Library, class: usize) -> String {
     let link = format!(
         "<a href=\"#{0}\" data-name=\"{1}\" title=\"{2}\">{3}</a>",
         escape(&entry.name),
-        escape(&entry.name.to_lowercase()),
+        // Words of the description find it, too.
+        escape(&format!("{} {}", entry.name, entry.class.description.as_deref().unwrap_or_default()).to_lowercase()),
         kind(library, class),
         escape(&entry.class.name.name)
     );
@@ -166,8 +167,13 @@ fn node(library: &Library, class: usize) -> String {
         let _ = write!(out, "<li>{link}</li>");
     } else {
         let inner: String = children.iter().map(|child| node(library, *child)).collect();
+        // What opens and what leads somewhere are two things, for keys and screen readers as well.
+        let name = escape(&entry.class.name.name);
         let open = if entry.name.matches('.').count() < 1 { " open=\"\"" } else { "" };
-        let _ = write!(out, "<li><details{open}><summary>{link}</summary><ul>{inner}</ul></details></li>");
+        let _ = write!(
+            out,
+            "<li>{link}<details{open}><summary aria-label=\"classes in {name}\"></summary><ul>{inner}</ul></details></li>"
+        );
     }
     out
 }

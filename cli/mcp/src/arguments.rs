@@ -194,6 +194,16 @@ impl Given {
         let fields = self.0.get(name).and_then(Value::as_object).into_iter().flatten();
         fields.filter_map(|(name, value)| Some((name.trim().to_string(), written(value)?))).collect()
     }
+
+    /// Names with what they run through as text: a list of values is written with commas.
+    pub(crate) fn lists(&self, name: &str) -> Vec<(String, String)> {
+        let fields = self.0.get(name).and_then(Value::as_object).into_iter().flatten();
+        let text = |value: &Value| match value {
+            Value::Array(items) => items.iter().map(written).collect::<Option<Vec<_>>>().map(|items| items.join(",")),
+            other => written(other),
+        };
+        fields.filter_map(|(name, value)| Some((name.trim().to_string(), text(value)?))).collect()
+    }
 }
 
 #[cfg(test)]
@@ -239,6 +249,12 @@ mod tests {
         let pairs: Vec<(&str, &str)> = values.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
         assert_eq!(pairs, [("kind", "Kind.b"), ("m", "2.5"), ("on", "true"), ("v", "{{1, 2}, {3, 4}}")]);
         assert_eq!(given.number("stop"), None);
+        let sent = json!({"file": "a", "parameters": {"m": [5e6, 7e6], "k": "1:3:3"}});
+        let lists = read("run", &LIST, Some(&sent)).unwrap().lists("parameters");
+        assert_eq!(
+            lists,
+            [("k".to_string(), "1:3:3".to_string()), ("m".to_string(), "5000000.0,7000000.0".to_string())]
+        );
     }
 
     #[test]

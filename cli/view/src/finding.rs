@@ -53,6 +53,8 @@ pub(crate) fn read(file: &Path, name: Option<&str>) -> Result<Value, Failure> {
     });
     Ok(json!({
         "sentence": report["sentence"],
+        "status": report["status"],
+        "needed": report["needed"],
         "places": places.iter().take(MOST_PLACES).map(place).collect::<Vec<_>>(),
         "named": named.collect::<Vec<_>>(),
     }))

@@ -28,8 +28,8 @@ pub(super) const TOOL: Tool = Tool {
         optional(
             "vary",
             Kind::Values,
-            "parameters by full name with what they run through, in the units of the model: FROM:TO:COUNT, log:FROM:TO:COUNT, A,B,C, or a distribution \
-             drawn `samples` times: uniform(a, b), loguniform(a, b), normal(mean, deviation), lognormal(median, deviation), triangular(low, mode, \
+            "parameters by full name with what they run through, in the units of the model: FROM:TO:COUNT, log:FROM:TO:COUNT, A,B,C or [A, B, C], or a \
+             distribution drawn `samples` times: uniform(a, b), loguniform(a, b), normal(mean, deviation), lognormal(median, deviation), triangular(low, mode, \
              high); such as {\"p0\": \"8e6:20e6:7\"}",
         ),
         optional("parameters", Kind::Values, "parameters that do not vary, by full name, in the units of the model"),
@@ -145,7 +145,7 @@ fn plan(call: &Call<'_>, named: PathBuf) -> Result<Result<(Plan, PathBuf), Failu
 
 fn arguments(given: &Given, root: PathBuf) -> SweepArguments {
     SweepArguments {
-        vary: given.values("vary"),
+        vary: given.lists("vary"),
         samples: given.count("samples"),
         method: match given.text("method") {
             Some("random") => Some(DrawMethod::Random),

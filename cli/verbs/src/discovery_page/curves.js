@@ -158,7 +158,7 @@ function curveView(root, shots, channels, first, isExtended, models = MODELS) {
 
 // Units per second and their name for a record of this length.
 function clock(from, to) {
-  return to - from >= 10 ? [1, "s"] : [1e3, "ms"];
+  return to - from >= 2 ? [1, "s"] : [1e3, "ms"];
 }
 
 // Units that take prefixes; others keep powers of ten.

@@ -147,14 +147,14 @@ function structure() {
   }).join("");
   const own = root.own.slice(0, 2).map((eq) => `<code>${safe(eq.equation)}</code> ${place(eq)}`).join("; ");
   section("The structure, and where something seems to be missing",
-    `<div class="tree scroll"><ul><li>${own}<ul>${print(root)}</ul></li></ul></div>`,
+    `<div class="tree scroll" tabindex="0"><ul><li>${own}<ul>${print(root)}</ul></li></ul></div>`,
     { note: "Bars: by how much the cost would drop with the best term of an equation, or the best effect of a place. Marked: the likeliest." });
 }
 
 function text() {
   if (!DATA.texts.length) return;
   const options = DATA.texts.map((own) => `<option>${safe(own.name)}</option>`).join("");
-  const part = section("Text", `<div class="bar"><select>${options}</select></div><pre class="scroll"></pre>`);
+  const part = section("Text", `<div class="bar"><select aria-label="file">${options}</select></div><pre class="scroll" tabindex="0"></pre>`);
   const select = part.querySelector("select"), pre = part.querySelector("pre");
   const show = (file, line) => {
     select.value = file;

@@ -19,7 +19,7 @@ function table(rows, columns, mark = () => false) {
   const head = columns.map(([title, , numeric]) => `<th class="${numeric ? "n" : ""}">${safe(title)}</th>`).join("");
   const body = rows.map((row, k) => `<tr class="${mark(row, k) ? "best" : ""}">` +
     columns.map(([, cell, numeric]) => `<td class="${numeric ? "n" : ""}">${cell(row)}</td>`).join("") + "</tr>").join("");
-  return `<div class="scroll"><table><thead><tr>${head}</tr></thead><tbody>${body}</tbody></table></div>`;
+  return `<div class="scroll" tabindex="0"><table><thead><tr>${head}</tr></thead><tbody>${body}</tbody></table></div>`;
 }
 
 // A value as far as its error goes, and two digits of that; with its unit where it has one.

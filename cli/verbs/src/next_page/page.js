@@ -64,7 +64,7 @@ function shots() {
       : "<th>if there is</th><th class=n>drop of the cost</th><th></th><th class=n>is seen</th><th>differs the most by</th>";
     const list = sizes.length
       ? `<table><thead><tr><th>size</th><th class="n">interval, times as wide</th></tr></thead><tbody>${sizes.join("")}</tbody></table>`
-      : `<div class="scroll"><table><thead><tr>${head}</tr></thead><tbody>${pairs.join("")}</tbody></table></div>`;
+      : `<div class="scroll" tabindex="0"><table><thead><tr>${head}</tr></thead><tbody>${pairs.join("")}</tbody></table></div>`;
     const note = k === 0 ? "" : "Together with the shots before it.";
     section(`Shot ${k + 1}, like shot ${shot.like} in all else` + (shot.cost === 1 ? "" : `, cost ${short(shot.cost)}`), `<div class="figures">${settings.join("")}</div>${list}`, note, true);
   });

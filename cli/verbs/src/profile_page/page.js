@@ -43,7 +43,7 @@ function parts() {
   const inner = ([name, seconds]) => `<tr><td class="pale">${safe(name)}</td><td class="n">${ms(seconds)}</td><td class="n">${percent(seconds / total)}</td></tr>`;
   section("Parts of the run", "", true).insertAdjacentHTML("beforeend",
     `<div class="parts" role="img" aria-label="${safe(all.map(([name, seconds]) => `${name} ${percent(seconds / total)}`).join(", "))}">${bar}</div>` +
-    `<div class="scroll"><table><tbody>${all.map(row).join("")}${within.map(inner).join("")}</tbody></table></div>`);
+    `<div class="scroll" tabindex="0"><table><tbody>${all.map(row).join("")}${within.map(inner).join("")}</tbody></table></div>`);
 }
 
 // The columns of the table of components; each may be the order.
@@ -92,7 +92,7 @@ function list(title, note, shares, whole) {
   const most = Math.max(...shares.map((share) => share.count));
   const row = (share) => `<tr><td><code>${safe(share.name)}</code>${share.place ? `<small>${safe(share.place)}</small>` : ""}<span class="heat"><i style="width:${(100 * share.count) / most}%"></i></span></td>` +
     `<td class="n">${many(share.count)}</td>${whole ? `<td class="n">${percent(share.count / Math.max(whole, 1))}</td>` : ""}</tr>`;
-  section(title, note).insertAdjacentHTML("beforeend", `<div class="scroll"><table><tbody>${shares.map(row).join("")}</tbody></table></div>`);
+  section(title, note).insertAdjacentHTML("beforeend", `<div class="scroll" tabindex="0"><table><tbody>${shares.map(row).join("")}</tbody></table></div>`);
 }
 
 function code() {
@@ -101,7 +101,7 @@ function code() {
   const row = (block) => `<tr><td><code>${safe(block.text)}</code><small>${safe([block.place, block.component].filter(Boolean).join(" in "))}</small></td>` +
     `<td class="n">${many(block.equations)}</td><td class="n">${many(block.operations)}</td><td class="n">${percent(block.operations / all)}</td><td class="n">${ms((P.residuals_s * block.operations) / all)}</td></tr>`;
   section("Cost of the code", "Counted in operations of the text as additions (a division counts 4, a function 20, a power 40); the time is that share of what residuals took.", true)
-    .insertAdjacentHTML("beforeend", `<div class="scroll"><table><thead><tr><th>equation</th><th class="n">equations</th><th class="n">operations</th><th class="n">share</th><th class="n">time</th></tr></thead><tbody>${DATA.code.map(row).join("")}</tbody></table></div>`);
+    .insertAdjacentHTML("beforeend", `<div class="scroll" tabindex="0"><table><thead><tr><th>equation</th><th class="n">equations</th><th class="n">operations</th><th class="n">share</th><th class="n">time</th></tr></thead><tbody>${DATA.code.map(row).join("")}</tbody></table></div>`);
 }
 
 head();

@@ -59,9 +59,9 @@ function openDiagram(path) {
   redraw();
 }
 
-// Parts are coloured by the most that something in them would explain; small shares are seen, too.
+// Parts are coloured by the most that something in them would explain; small shares are seen, too.  Where nothing explains what a name needs, chance does.
 function colourFinding(diagram, place) {
-  if (!DATA.finding) return;
+  if (!DATA.finding || !explainsMore(DATA.finding)) return;
   const { places } = DATA.finding, top = Math.max(...places.map((one) => one.score), 0);
   for (const node of place.querySelectorAll(".part")) {
     const own = diagram.parts[Number(node.dataset.part)], most = Math.max(0, ...places.filter((one) => isAt(one, own.path)).map((one) => one.score));

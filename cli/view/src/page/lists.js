@@ -155,12 +155,16 @@ function isWithin(inner, outer) {
 const componentsOf = (one) => one.components || [one.component || ""];
 const isAt = (one, path) => componentsOf(one).some((own) => isWithin(own, path));
 
+// True where something is missing: a model that is adequate has places that explain most, too.
+const explainsMore = ({ status, needed, places }) => status !== "adequate" && places.some((one) => one.score >= (needed || 0));
+
 function layFinding(path) {
   const box = document.getElementById("finding"), { finding } = DATA;
   box.hidden = !finding;
   if (!finding) return;
   const own = finding.places.filter((one) => isAt(one, path)), top = Math.max(...finding.places.map((one) => one.score), 0);
-  box.replaceChildren(element("p", {}, element("b", {}, path ? "What seems to be missing here" : finding.sentence)));
+  const words = explainsMore(finding) ? "What seems to be missing here" : "Nothing seems to be missing here: no place explains more than chance does";
+  box.replaceChildren(element("p", {}, element("b", {}, path ? words : finding.sentence)));
   for (const one of finding.named.filter((named) => isAt(named, path))) {
     const sizes = Object.entries(one.parameters).map(([name, size]) => name + " = " + measured(size));
     box.append(element("p", {}, "Named: " + one.words + " at " + one.component + ", " + sizes.join(", ")));

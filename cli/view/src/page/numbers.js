@@ -57,8 +57,11 @@ function scaled(size, unit) {
 // Ticks at round numbers.
 function ticks(low, high, count) {
   const raw = (high - low) / count, power = Math.pow(10, Math.floor(Math.log10(raw)));
-  const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw * (1 - 1e-9)), all = [];
+  const inside = (s) => Math.floor(high / s + 1e-9) - Math.ceil(low / s - 1e-9) + 1, all = [];
+  let step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw * (1 - 1e-9));
   if (!(step > 0) || !Number.isFinite(step)) return all;
+  // One number on an axis says nothing of its scale.
+  if (inside(step) < 2) step = [5, 2, 1, 0.5, 0.2, 0.1].map((m) => m * power).find((s) => s < step && inside(s) > 1) || step;
   for (let tick = Math.ceil(low / step - 1e-9) * step; tick <= high + step * 1e-9 && all.length < 50; tick += step) all.push(Math.abs(tick) < step * 1e-9 ? 0 : tick);
   return all;
 }
