@@ -4,8 +4,11 @@ use std::sync::Arc;
 
 use hyd_instance::meaning::{Given, KindClass, Meaning, Member};
 use hyd_source::Span;
+use hyd_syntax::names::{Modifier, Purpose};
 use hyd_syntax::print_expr;
-use hyd_syntax::tree::{ClassBody, Component, Direction, Equation, EquationKind, ExprKind, Variability};
+use hyd_syntax::tree::{
+    Argument, ClassBody, Component, Direction, Equation, EquationKind, Expr, ExprKind, Modification, Variability,
+};
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind, Position};
 
 use crate::documents::Document;
@@ -23,7 +26,14 @@ pub(crate) fn hover(session: &mut Session, document: &Document, position: Positi
             let ids = question.ids.clone();
             if let Some(meaning) = question.table.meaning(&place, &ids) {
                 span = Some(place.ident.span);
-                parts.push(described(question, &meaning, facts));
+                let mut said = described(question, &meaning, facts);
+                // The value of a component is told with it.
+                if let (Purpose::Modifier(modifier), Meaning::Attribute { .. }) = (&place.purpose, &meaning)
+                    && let Some(value) = given_there(modifier)
+                {
+                    said.push_str(&format!("\n\nvalue: `{}`", question.written(value)));
+                }
+                parts.push(said);
             }
         }
         if let Some(equation) = equation_at(question, byte)
@@ -37,6 +47,27 @@ pub(crate) fn hover(session: &mut Session, document: &Document, position: Positi
     let span = span?;
     let contents = HoverContents::Markup(MarkupContent { kind: MarkupKind::Markdown, value: text });
     Some(Hover { contents, range: Some(session.range(document, span)) })
+}
+
+/// The value that a modification gives to the element that a name in it stands for.
+fn given_there(modifier: &Modifier) -> Option<&Expr> {
+    let mut inside: &Modification = &modifier.within;
+    let mut chain = &modifier.chain[..];
+    while !chain.is_empty() {
+        let (names, found) = inside.arguments.iter().find_map(|argument| match argument {
+            Argument::Modify(modify) => {
+                let parts = &modify.target.parts;
+                // Elements are told apart by where they stand: another argument may have the same name.
+                let fits =
+                    chain.len() >= parts.len() && chain.iter().zip(parts).all(|(own, part)| own.span == part.span);
+                fits.then_some((parts.len(), &modify.modification))
+            }
+            _ => None,
+        })?;
+        chain = &chain[names..];
+        inside = found;
+    }
+    inside.binding.as_ref()
 }
 
 /// What something is, in Markdown.
@@ -82,10 +113,13 @@ fn component(question: &mut Question<'_>, member: &Member, facts: &[Fact]) -> St
         Some(KindClass::Builtin(name)) => name.to_string(),
         None => component.class.parts.iter().map(|part| &*part.name).collect::<Vec<_>>().join("."),
     };
-    let sizes = component.dims.iter().map(print_expr).collect::<Vec<_>>();
+    let new = member.redeclared();
+    let dims = new.as_ref().map(|(new, _)| &new.dims).filter(|dims| !dims.is_empty()).unwrap_or(&component.dims);
+    let sizes = dims.iter().map(print_expr).collect::<Vec<_>>();
     let sizes = if sizes.is_empty() { String::new() } else { format!("[{}]", sizes.join(", ")) };
     let head = code(&format!("{}{typed} {}{sizes}", prefixes(&component), component.name.name));
-    let mut text = with_description(head, component.description.as_deref());
+    let described = new.as_ref().and_then(|(new, _)| new.description.as_deref());
+    let mut text = with_description(head, described.or(component.description.as_deref()));
     let mut line = |label: &str, said: &str| text.push_str(&format!("\n\n{label}: {said}"));
     let known = |wanted: fn(&Known) -> Option<String>| {
         facts.iter().filter(|fact| fact.span == component.name.span).find_map(|fact| wanted(&fact.what))
@@ -99,15 +133,19 @@ fn component(question: &mut Question<'_>, member: &Member, facts: &[Fact]) -> St
         }
     }
     if let Some(given) = question.table.given(member, None) {
-        line("value", &format!("`{}`{}", print_expr(&given.value), said_by(question, member, &given)));
+        line("value", &format!("`{}`{}", question.written(&given.value), said_by(question, member, &given)));
     } else if let Some(start) = question.table.given(member, Some("start")) {
-        line("start", &format!("`{}`{}", print_expr(&start.value), said_by(question, member, &start)));
+        line("start", &format!("`{}`{}", question.written(&start.value), said_by(question, member, &start)));
     }
     if let Some(value) = known(|known| if let Known::Value(value) = known { Some(number(*value)) } else { None }) {
         line("before the run", &format!("`{value}`"));
     }
     let owner = question.table.full_name(member.owner);
     line("declared in", &format!("`{owner}`"));
+    if let Some((new, by)) = new {
+        let at = place(question, new.name.span);
+        line("redeclared in", &format!("`{}` ({at})", question.table.full_name(by)));
+    }
     text
 }
 
@@ -118,11 +156,16 @@ fn said_by(question: &Question<'_>, member: &Member, given: &Given) -> String {
     if span.file == own.file && own.start <= span.start && span.end <= own.end {
         return String::new();
     }
+    let (at, class) = (place(question, span), question.table.full_name(given.by));
+    format!(", modified in `{class}` ({at})")
+}
+
+/// File and line.
+fn place(question: &Question<'_>, span: Span) -> String {
     let files = &question.table.files;
     let name: &Arc<str> = files.name(span.file);
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    let (line, class) = (files.location(span).line, question.table.full_name(given.by));
-    format!(", modified in `{class}` ({file}:{line})")
+    format!("{file}:{}", files.location(span).line)
 }
 
 /// A string without its quotes.

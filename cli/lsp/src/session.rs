@@ -9,6 +9,8 @@ use hyd_instance::{ClassId, ClassTable, Trees};
 use hyd_run::read_text;
 use hyd_source::{Files, Span};
 use hyd_syntax::names::{Names, Place, names};
+use hyd_syntax::print_expr;
+use hyd_syntax::tree::Expr;
 use hyd_verbs::LibraryPath;
 use hyd_verbs::library::built_in_texts;
 use lsp_types::{Location, Position, Range, Uri};
@@ -200,6 +202,15 @@ impl Question<'_> {
     /// The name at a byte of the text.
     pub(crate) fn place(&self, byte: usize) -> Option<Place> {
         self.names.at(byte as u32).cloned()
+    }
+
+    /// An expression as its text has it, `10e6` and not `10000000.0`, if that stands on one line.
+    pub(crate) fn written(&self, expr: &Expr) -> String {
+        let printed = print_expr(expr);
+        let text = self.table.files.snippet(expr.span);
+        // Whatever the place of an expression covers, a text that reads as the same is shown.
+        let read = (!text.contains('\n')).then(|| hyd_syntax::parse_expression(expr.span.file, text).value).flatten();
+        if read.is_some_and(|read| print_expr(&read) == printed) { text.to_string() } else { printed }
     }
 
     /// The class around a byte of the text.

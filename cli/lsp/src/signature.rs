@@ -2,7 +2,6 @@
 
 use hyd_instance::ClassId;
 use hyd_instance::meaning::{Meaning, Member, Visible};
-use hyd_syntax::print_expr;
 use hyd_syntax::tree::{ClassKind, Direction, Name};
 use lsp_types::{Documentation, ParameterInformation, ParameterLabel, Position, SignatureHelp, SignatureInformation};
 
@@ -61,7 +60,7 @@ fn shown(question: &mut Question<'_>, function: ClassId, inputs: &[Member]) -> S
         let class = component.class.parts.last().map_or("", |part| &*part.name);
         let mut text = format!("{class} {}", component.name.name);
         if let Some(value) = question.table.given(input, None) {
-            text.push_str(&format!(" = {}", print_expr(&value.value)));
+            text.push_str(&format!(" = {}", question.written(&value.value)));
         }
         // Offsets of labels are counted in UTF-16, whatever positions are.
         let units = |text: &str| text.encode_utf16().count() as u32;

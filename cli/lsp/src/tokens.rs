@@ -119,7 +119,8 @@ fn kind(question: &mut Question<'_>, place: &Place, known: &mut Known) -> Option
     let key = match &place.purpose {
         Purpose::Class(part) => Some(format!("c{}{} {}", part.base, part.import, names(&part.path.parts[..=part.at]))),
         Purpose::Reference(part) if part.iterator.is_none() => Some(format!("r {}", names(&part.parts[..=part.at]))),
-        Purpose::Modifier(modifier) => Some(format!("m {} {}", names(&modifier.of.path.parts), names(&modifier.chain))),
+        // What is redeclared beside it decides, too.
+        Purpose::Modifier(modifier) => Some(format!("m {:p} {}", modifier.within, names(&modifier.chain))),
         _ => None,
     };
     let key = key.map(|key| (place.class, key));

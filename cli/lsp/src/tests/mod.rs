@@ -1,4 +1,6 @@
 //! The server as a whole, over a connection in memory.
 
 mod client;
+mod desk;
+mod hovers;
 mod random_edits;

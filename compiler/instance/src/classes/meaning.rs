@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hyd_source::Span;
 use hyd_syntax::names::{ClassPart, Modifier, Names, Place, Purpose, ReferencePart};
-use hyd_syntax::tree::{ClassBody, Component, Element, Expr, Ident, ImportKind, Name, Path};
+use hyd_syntax::tree::{Argument, ClassBody, Component, Element, Expr, Ident, ImportKind, Modification, Name, Path};
 
 use crate::builtins::Builtin;
 use crate::classes::class::{ClassId, ClassTable, elements, imports};
@@ -58,10 +58,21 @@ pub struct Member {
     pub of: ClassId,
     /// The declaration.
     pub component: Arc<Component>,
-    /// What modifications say of it, outermost first, each with the class whose text it stands in.
+    /// What is said of it, outermost first, each with the class whose text it stands in: by modifications, by the redeclaration that
+    /// takes its place, and by its declaration as far as that stays in force then.
     pub said: Vec<(Arc<AstMod>, ClassId)>,
     /// The same of all elements beside it: classes may be redeclared there.
     pub around: Vec<(Arc<AstMod>, ClassId)>,
+}
+
+impl Member {
+    /// The declaration that takes the place of its own, with the class whose text it stands in.
+    pub fn redeclared(&self) -> Option<(Arc<Component>, ClassId)> {
+        self.said.iter().find_map(|(tree, by)| match &tree.redeclare {
+            Some(Redeclare::Component(component)) => Some((component.clone(), *by)),
+            _ => None,
+        })
+    }
 }
 
 /// What a component is made of.
@@ -130,14 +141,7 @@ impl ClassTable<'_> {
             Purpose::DeclaresClass | Purpose::EndsClass => class.map(Meaning::Class),
             Purpose::DeclaresComponent(component) => {
                 let owner = class?;
-                let said = vec![(Arc::new(AstMod::from_syntax(&component.modification)), owner)];
-                Some(Meaning::Component(Member {
-                    owner,
-                    of: owner,
-                    component: component.clone(),
-                    said,
-                    around: Vec::new(),
-                }))
+                Some(Meaning::Component(member_of((owner, owner), component, None, &[])))
             }
             Purpose::DeclaresLiteral => self.literal_of(class?, &place.ident.name),
             Purpose::DeclaresIterator => Some(Meaning::Iterator(place.ident.span)),
@@ -306,7 +310,14 @@ impl ClassTable<'_> {
         let around: Vec<_> = said.iter().cloned().chain(bases).collect();
         let def = self.class(owner).def.clone();
         let Some(Element::Component(component)) = elements(&def).get(element.position as usize) else { return None };
-        Some(Meaning::Component(member_of((owner, class), component, &around)))
+        let replaced = element.replaced.and_then(|(frame, position)| {
+            let by = shape.frames[frame as usize].class;
+            match elements(&self.class(by).def).get(position as usize) {
+                Some(Element::Component(original)) => Some((kept(original), by)),
+                _ => None,
+            }
+        });
+        Some(Meaning::Component(member_of((owner, class), component, replaced, &around)))
     }
 
     /// The same where the bases of the class are not understood.
@@ -316,7 +327,7 @@ impl ClassTable<'_> {
             Element::Component(component) if component.name.name == *name => Some(component),
             _ => None,
         })?;
-        Some(Meaning::Component(member_of((class, class), component, said)))
+        Some(Meaning::Component(member_of((class, class), component, None, said)))
     }
 
     /// What a component is made of, with the redeclarations that are said of it.
@@ -325,23 +336,20 @@ impl ClassTable<'_> {
     }
 
     fn kind_within(&mut self, member: &Member) -> Option<Kind> {
-        let redeclared = member.said.iter().find_map(|(tree, by)| match &tree.redeclare {
-            Some(Redeclare::Component(component)) => Some((component.clone(), *by)),
-            _ => None,
-        });
-        let mut said = member.said.clone();
-        if let Some((component, by)) = &redeclared {
-            said.insert(0, (Arc::new(AstMod::from_syntax(&component.modification)), *by));
-        }
+        let redeclared = member.redeclared();
         let (path, owner) = match &redeclared {
             Some((component, by)) => (&component.class, *by),
             None => (&member.component.class, member.owner),
         };
-        let class = match self.redeclared_type(path, &member.around) {
-            Some(class) => class,
-            None => self.type_named(path, owner, member.of)?,
+        // What a redeclaration names is looked up where that stands.
+        let class = match redeclared.is_some() {
+            true => self.type_named(path, owner, owner)?,
+            false => match self.redeclared_type(path, &member.around) {
+                Some(class) => class,
+                None => self.type_named(path, owner, member.of)?,
+            },
         };
-        Some(Kind { class, said })
+        Some(Kind { class, said: member.said.clone() })
     }
 
     /// The class that a redeclaration beside the component puts in the place of the one that its declaration names.
@@ -379,9 +387,10 @@ impl ClassTable<'_> {
     }
 
     fn modifier_part(&mut self, modifier: &Modifier, from: ClassId) -> Option<Meaning> {
+        let said = vec![(Arc::new(AstMod::from_syntax(&towards(modifier))), from)];
         let mut kind = match self.class_part(&modifier.of, Some(from))? {
-            Meaning::Class(class) => Kind { class: KindClass::Class(class), said: Vec::new() },
-            Meaning::Type(name) => Kind { class: KindClass::Builtin(name), said: Vec::new() },
+            Meaning::Class(class) => Kind { class: KindClass::Class(class), said },
+            Meaning::Type(name) => Kind { class: KindClass::Builtin(name), said },
             _ => return None,
         };
         for (k, ident) in modifier.chain.iter().enumerate() {
@@ -425,8 +434,14 @@ impl ClassTable<'_> {
         if let Some((value, by)) = member.said.iter().find_map(|(tree, by)| Some((own(tree)?, *by))) {
             return Some(Given { value, by });
         }
-        let name = attribute?;
-        let Some(Kind { class: KindClass::Class(class), .. }) = self.kind_of(member) else { return None };
+        match self.kind_of(member)?.class {
+            KindClass::Class(class) => self.given_by_class(class, attribute?),
+            KindClass::Builtin(_) => None,
+        }
+    }
+
+    /// The value that a type gives to an attribute.
+    pub fn given_by_class(&mut self, class: ClassId, name: &str) -> Option<Given> {
         let shape = self.quietly(|table| table.shape(class)).ok()?;
         let said = shape.frames.iter().flat_map(|frame| &frame.modifications);
         let found = said.filter_map(|(frame, tree)| {
@@ -473,13 +488,60 @@ impl ClassTable<'_> {
     }
 }
 
-/// A component with what is said of it: by what is around, then by its own declaration.
-fn member_of((owner, of): (ClassId, ClassId), component: &Component, around: &[(Arc<AstMod>, ClassId)]) -> Member {
+/// What of a modification concerns the element that a modifier names: what is said of it and of what it is in, and redeclared classes.
+fn towards(modifier: &Modifier) -> Modification {
+    let first = modifier.chain.first().map(|ident| &ident.name);
+    let concerns = |argument: &&Argument| match argument {
+        Argument::Modify(modify) => modify.target.parts.first().map(|ident| &ident.name) == first,
+        Argument::RedeclareComponent { component, .. } => Some(&component.name.name) == first,
+        Argument::RedeclareClass { .. } => true,
+    };
+    let arguments = modifier.within.arguments.iter().filter(concerns).cloned().collect();
+    Modification { arguments, binding: None, span: modifier.within.span }
+}
+
+/// What a declaration says of the one that takes its place: the modification of its constraining clause, else its own (Modelica 3.6,
+/// section 7.3.2).
+fn kept(component: &Component) -> Arc<AstMod> {
+    let clause = component.constrained_by.as_ref().map(|clause| &clause.modification);
+    Arc::new(AstMod::from_syntax(clause.unwrap_or(&component.modification)))
+}
+
+/// A component with what is said of it: by what is around, by redeclarations, then by its own declaration, and by the one that it
+/// replaces as a `redeclare` element.
+fn member_of(
+    (owner, of): (ClassId, ClassId),
+    component: &Component,
+    replaced: Option<(Arc<AstMod>, ClassId)>,
+    around: &[(Arc<AstMod>, ClassId)],
+) -> Member {
     let name = &component.name.name;
     let inner = around.iter().flat_map(|(tree, by)| {
         tree.children.iter().filter(|(own, _)| own == name).map(|(_, inner)| (inner.clone(), *by))
     });
-    let own = (Arc::new(AstMod::from_syntax(&component.modification)), owner);
-    let said = inner.chain(std::iter::once(own)).collect();
+    let mut said: Vec<(Arc<AstMod>, ClassId)> = Vec::new();
+    let mut is_redeclared = false;
+    for (tree, by) in inner {
+        match (&tree.redeclare, is_redeclared) {
+            (Some(Redeclare::Component(new)), false) => {
+                is_redeclared = true;
+                said.push((tree.clone(), by));
+                said.push((Arc::new(AstMod::from_syntax(&new.modification)), by));
+            }
+            (Some(Redeclare::Component(new)), true) => said.push((kept(new), by)),
+            (_, false) => said.push((tree, by)),
+            // What was said of the element before it was redeclared went with it.
+            (_, true) => {}
+        }
+    }
+    if is_redeclared {
+        said.push((kept(component), owner));
+    } else {
+        said.push((Arc::new(AstMod::from_syntax(&component.modification)), owner));
+        said.extend(replaced);
+        if component.constrained_by.is_some() {
+            said.push((kept(component), owner));
+        }
+    }
     Member { owner, of, component: Arc::new(component.clone()), said, around: around.to_vec() }
 }

@@ -66,9 +66,9 @@ fn names_mean_what_is_declared() {
     Large 6
     Large 6
     other 13
-    size 4 5 "m"
+    size 4 7 "m"
     held 12
-    size 4 1 "m"
+    size 4 3 "m"
     Real -
     x 16
     start -

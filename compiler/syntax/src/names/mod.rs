@@ -106,12 +106,19 @@ pub struct Modifier {
     pub of: ClassPart,
     /// The elements.
     pub chain: Arc<[Ident]>,
+    /// The whole modification of the class.
+    pub within: Arc<Modification>,
 }
 
 /// All names of a text and its tree.
 pub fn names(stored: &StoredDefinition, text: &str) -> Names {
-    let mut collector =
-        Collector { text, found: Names::default(), class: None, iterators: Vec::new(), last_type: None };
+    let mut collector = Collector {
+        text,
+        found: Names::default(),
+        class: None,
+        iterators: Vec::new(),
+        last_type: None,
+    };
     if let Some(Some(path)) = &stored.within {
         collector.found.within.clone_from(&path.parts);
         collector.class_path(path, false, true);
@@ -185,13 +192,13 @@ impl Collector<'_> {
                 if let Some(modification) = extends_from {
                     let path = Path { global: false, parts: vec![def.name.clone()], span: def.name.span };
                     let of = ClassPart { path: Arc::new(path), at: 0, base: true, import: false };
-                    self.modification(&of, &[], modification);
+                    self.modification(&of, modification);
                 }
             }
             ClassBody::Short { base, dims, modification, .. } => {
                 let of = self.class_path(base, true, false);
                 dims.iter().for_each(|size| self.expr(size));
-                self.modification(&of, &[], modification);
+                self.modification(&of, modification);
             }
             ClassBody::Enumeration(literals) => {
                 for literal in literals.iter().flatten() {
@@ -244,7 +251,7 @@ impl Collector<'_> {
             }
             Element::Extends(extends) => {
                 let of = self.class_path(&extends.base, true, false);
-                self.modification(&of, &[], &extends.modification);
+                self.modification(&of, &extends.modification);
             }
             Element::Class(nested) => {
                 self.class(&nested.class);
@@ -266,14 +273,14 @@ impl Collector<'_> {
         };
         component.dims.iter().for_each(|size| self.expr(size));
         component.condition.iter().for_each(|condition| self.expr(condition));
-        self.modification(&of, &[], &component.modification);
+        self.modification(&of, &component.modification);
         self.constraint(component.constrained_by.as_ref());
     }
 
     fn constraint(&mut self, constraint: Option<&Constraint>) {
         let Some(Constraint { base, modification }) = constraint else { return };
         let of = self.class_path(base, false, false);
-        self.modification(&of, &[], modification);
+        self.modification(&of, modification);
     }
 
     fn part_of(&self, path: &Path, base: bool, import: bool) -> ClassPart {
@@ -289,7 +296,21 @@ impl Collector<'_> {
         whole
     }
 
-    fn modification(&mut self, of: &ClassPart, around: &[Ident], modification: &Modification) {
+    fn modification(&mut self, of: &ClassPart, modification: &Modification) {
+        if modification.arguments.is_empty() {
+            modification.binding.iter().for_each(|value| self.expr(value));
+            return;
+        }
+        let within = Arc::new(modification.clone());
+        self.modification_within((of, &within), &[], modification);
+    }
+
+    fn modification_within(
+        &mut self,
+        of: (&ClassPart, &Arc<Modification>),
+        around: &[Ident],
+        modification: &Modification,
+    ) {
         modification.binding.iter().for_each(|value| self.expr(value));
         for argument in &modification.arguments {
             match argument {
@@ -299,7 +320,7 @@ impl Collector<'_> {
                         chain.push(ident.clone());
                         self.modifier(of, &chain);
                     }
-                    self.modification(of, &chain, &modify.modification);
+                    self.modification_within(of, &chain, &modify.modification);
                 }
                 Argument::RedeclareComponent { component, .. } => {
                     self.modifier(of, &[around, std::slice::from_ref(&component.name)].concat());
@@ -313,9 +334,9 @@ impl Collector<'_> {
         }
     }
 
-    fn modifier(&mut self, of: &ClassPart, chain: &[Ident]) {
+    fn modifier(&mut self, (of, within): (&ClassPart, &Arc<Modification>), chain: &[Ident]) {
         let Some(last) = chain.last() else { return };
-        let modifier = Modifier { of: of.clone(), chain: chain.into() };
+        let modifier = Modifier { of: of.clone(), chain: chain.into(), within: within.clone() };
         self.push(&last.clone(), Purpose::Modifier(modifier));
     }
 
@@ -324,7 +345,7 @@ impl Collector<'_> {
         if let ClassBody::Short { base, dims, modification, .. } = &nested.class.body {
             let of = self.class_path(base, false, false);
             dims.iter().for_each(|size| self.expr(size));
-            self.modification(&of, &[], modification);
+            self.modification(&of, modification);
         }
         self.constraint(nested.constrained_by.as_ref());
     }
