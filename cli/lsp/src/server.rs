@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crossbeam_channel::RecvTimeoutError;
 use hyd_source::did_you_mean;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{self, Notification as _};
@@ -40,6 +41,9 @@ type Outgoing = crossbeam_channel::Sender<Message>;
 
 /// How long the threads may take to end what they are doing; one that translates cannot be broken off.
 const FAREWELL: Duration = Duration::from_millis(500);
+
+/// How long a client may take to say `exit` after `shutdown`.
+const LAST_WORD: Duration = Duration::from_secs(30);
 
 /// Serves a connection until the client ends it; false where a thread is still at work then.  `settings`: what the command line says.
 ///
@@ -166,14 +170,11 @@ impl Server {
         let mut ended = Ok(());
         for message in &connection.receiver {
             match message {
-                Message::Request(request) => match connection.handle_shutdown(&request) {
-                    Ok(true) => break,
-                    Ok(false) => self.request(request),
-                    Err(error) => {
-                        ended = Err(error.to_string());
-                        break;
-                    }
-                },
+                Message::Request(request) if request.method == request::Shutdown::METHOD => {
+                    ended = farewell(connection, request.id);
+                    break;
+                }
+                Message::Request(request) => self.request(request),
                 Message::Notification(notification) => self.notification(notification),
                 Message::Response(_) => {}
             }
@@ -293,6 +294,29 @@ impl Server {
         let id = RequestId::from("hyd-files".to_string());
         let request = Request::new(id, request::RegisterCapability::METHOD.into(), params);
         let _ = self.outgoing.send(request.into());
+    }
+}
+
+/// Agrees to the end and waits for it.  Answers of the client to what it was asked before, as to ask for hints again, may still come in
+/// between, and notifications that crossed with its request.
+fn farewell(connection: &Connection, id: RequestId) -> Result<(), String> {
+    let _ = connection.sender.send(Response::new_ok(id, Value::Null).into());
+    let until = Instant::now() + LAST_WORD;
+    loop {
+        match connection.receiver.recv_deadline(until) {
+            Ok(Message::Notification(notification)) if notification.method == notification::Exit::METHOD => {
+                return Ok(());
+            }
+            Ok(Message::Request(request)) => {
+                let refusal = "the server has been shut down".into();
+                let response = Response::new_err(request.id, ErrorCode::InvalidRequest as i32, refusal);
+                let _ = connection.sender.send(response.into());
+            }
+            Ok(Message::Notification(_) | Message::Response(_)) => {}
+            Err(RecvTimeoutError::Timeout) => return Err("the client did not say `exit` after `shutdown`".into()),
+            // A client that has gone has ended.
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
     }
 }
 

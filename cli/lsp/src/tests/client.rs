@@ -92,6 +92,9 @@ impl Drop for Client {
             return;
         }
         self.ask("shutdown", Value::Null).expect("an end");
+        // What the client was asked before may be answered only now.
+        let late = Response::new_ok(RequestId::from("hints".to_string()), Value::Null);
+        self.connection.sender.send(late.into()).expect("the server listens");
         self.tell("exit", Value::Null);
         let ended = self.server.take().expect("started once").join();
         assert!(ended.expect("no fault").is_ok());
