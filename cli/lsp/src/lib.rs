@@ -23,6 +23,7 @@ mod lenses;
 mod lines;
 mod math;
 mod references;
+mod renaming;
 mod requests;
 mod server;
 mod session;

@@ -25,7 +25,9 @@ use crate::checker::{Results, locked};
 use crate::definition::{Wanted, definition};
 use crate::documents::{Document, Documents};
 use crate::session::{Session, Settings};
-use crate::{actions, completion, folding, formatting, hints, hover, lenses, references, signature, symbols, tokens};
+use crate::{
+    actions, completion, folding, formatting, hints, hover, lenses, references, renaming, signature, symbols, tokens,
+};
 
 /// Requests without an answer yet, and whether the client has taken them back.
 pub(crate) type Pending = Arc<Mutex<HashMap<RequestId, bool>>>;
@@ -159,7 +161,7 @@ impl Requests {
             }),
             "textDocument/prepareRename" => self.on::<PrepareRenameRequest>(request, |this, params| {
                 let (document, position) = this.place(&params)?;
-                let range = references::prepare_rename(&mut this.session, &document, position);
+                let range = renaming::prepare_rename(&mut this.session, &document, position);
                 Ok(Some(lsp_types::PrepareRenameResponse::Range(range.map_err(failed)?)))
             }),
             "textDocument/rename" => self.on::<Rename>(request, |this, params| {
@@ -167,7 +169,7 @@ impl Requests {
                 let pending = this.pending.clone();
                 let go_on = || locked(&pending).get(&id) != Some(&true);
                 let asked = (position, params.new_name.as_str(), this.client.renames_files);
-                Ok(Some(references::rename(&mut this.session, &document, asked, &go_on).map_err(failed)?))
+                Ok(Some(renaming::rename(&mut this.session, &document, asked, &go_on).map_err(failed)?))
             }),
             "textDocument/documentSymbol" => self.on::<DocumentSymbolRequest>(request, |this, params| {
                 let document = this.document(&params.text_document)?;

@@ -4,3 +4,4 @@ mod client;
 mod desk;
 mod hovers;
 mod random_edits;
+mod renames;

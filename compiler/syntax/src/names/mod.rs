@@ -1,7 +1,9 @@
 //! Every place of a text where a name stands, with what the grammar says that it is there for.
 //!
 //! For tools that answer questions about a position: what stands there, who else uses it.  Nothing is looked up: a place tells in which
-//! class its name is to be looked up, and as what.  Annotations are left out, since their names belong to tools.
+//! class its name is to be looked up, and as what.  Of annotations it has the names that are the model's (`annotations`).
+
+mod annotations;
 
 use std::sync::Arc;
 
@@ -118,6 +120,7 @@ pub fn names(stored: &StoredDefinition, text: &str) -> Names {
         class: None,
         iterators: Vec::new(),
         last_type: None,
+        in_annotation: false,
     };
     if let Some(Some(path)) = &stored.within {
         collector.found.within.clone_from(&path.parts);
@@ -162,6 +165,8 @@ struct Collector<'t> {
     iterators: Vec<Ident>,
     /// Where the type of the last component stands.
     last_type: Option<Span>,
+    /// Names of tools stand beside those of the model.
+    in_annotation: bool,
 }
 
 impl Collector<'_> {
@@ -175,6 +180,7 @@ impl Collector<'_> {
         self.found.classes.push(ClassPlace { def: def.clone(), parent: around });
         self.push(&def.name, Purpose::DeclaresClass);
         self.body(def);
+        self.annotation(def.annotation.as_ref());
         self.class = around;
     }
 
@@ -252,6 +258,7 @@ impl Collector<'_> {
             Element::Extends(extends) => {
                 let of = self.class_path(&extends.base, true, false);
                 self.modification(&of, &extends.modification);
+                self.annotation(extends.annotation.as_ref());
             }
             Element::Class(nested) => {
                 self.class(&nested.class);
@@ -275,6 +282,7 @@ impl Collector<'_> {
         component.condition.iter().for_each(|condition| self.expr(condition));
         self.modification(&of, &component.modification);
         self.constraint(component.constrained_by.as_ref());
+        self.annotation(component.annotation.as_ref());
     }
 
     fn constraint(&mut self, constraint: Option<&Constraint>) {
@@ -380,6 +388,9 @@ impl Visitor for Collector<'_> {
     }
 
     fn expr(&mut self, expr: &Expr) {
+        if self.in_annotation && self.annotated(expr) {
+            return;
+        }
         if let ExprKind::Call(function, arguments) = &expr.kind {
             self.arguments_of(function, arguments);
         }
@@ -419,6 +430,24 @@ impl Visitor for Collector<'_> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    /// Of annotations the names of the model are found, in texts, too, and none of the tools.
+    #[test]
+    fn names_in_annotations_are_found() {
+        let text = "model M\n  Real x annotation(Dialog(enable = use_x));\n  annotation(Icon(graphics = {Text(extent = {{0, 0}, \
+                    {1, 1}}, textString = \"%name %R %{q.r[1].s} %%\", visible = on), Line(pattern = LinePattern.Dash)}), \
+                    Documentation(info = \"100 %x\", figures = {Figure(caption = \"see %{y} of %x\", plots = {Plot(curves = \
+                    {Curve(x = time, y = a.b)})})}), choices(choice(redeclare model A = P.B \"b\")));\nend M;\n";
+        let mut files = hyd_source::Files::new();
+        let file = files.add("m", text);
+        let parsed = crate::parse(file, text);
+        assert!(parsed.diagnostics.is_empty(), "{:?}", parsed.diagnostics);
+        let found = names(&parsed.value, text);
+        let said: Vec<&str> = found.places.iter().map(|place| &*place.ident.name).collect();
+        assert_eq!(said.join(" "), "M Real x use_x R q r s on LinePattern Dash y time a b P B M");
+        let spelt = |place: &Place| text[place.ident.span.start as usize..place.ident.span.end as usize].to_string();
+        assert!(found.places.iter().all(|place| spelt(place) == *place.ident.name));
+    }
 
     #[test]
     fn all_names_are_found_with_their_purposes() {
