@@ -106,6 +106,7 @@ const ALLOWED: [(&str, &[&str]); 36] = [
             "hyd-source",
             "hyd-syntax",
             "hyd-system",
+            "hyd-units",
             "hyd-verbs",
         ],
     ),

@@ -2,13 +2,18 @@
 
 use hyd_instance::Builtin;
 use hyd_instance::class::elements;
-use hyd_instance::meaning::{Kind, KindClass, Meaning, Visible};
+use hyd_instance::meaning::{Kind, KindClass, Meaning, Member, Visible};
+use hyd_instance::shape::is_builtin;
 use hyd_instance::{ClassId, class::nested_classes};
 use hyd_syntax::print_expr;
-use hyd_syntax::tree::{ClassKind, Element, Name, Variability};
-use lsp_types::{CompletionItem, CompletionItemKind, Documentation, MarkupContent, MarkupKind, Position};
+use hyd_syntax::tree::{ClassKind, Element, ExprKind, Name, Variability};
+use lsp_types::{
+    CompletionItem, CompletionItemKind, CompletionTextEdit, Documentation, MarkupContent, MarkupKind, Position, Range,
+    TextEdit,
+};
 
-use crate::context::{Context, Head, Slot, context};
+use crate::annotations;
+use crate::context::{self, Context, Head, Slot, Text, context};
 use crate::documents::Document;
 use crate::hover::prefixes;
 use crate::session::{Question, Session};
@@ -70,6 +75,7 @@ pub(crate) const UNITS: [&str; 52] = [
 ];
 const ATTRIBUTES: [&str; 9] =
     ["unit", "displayUnit", "start", "fixed", "min", "max", "nominal", "stateSelect", "quantity"];
+const STATE_SELECT: [&str; 5] = ["never", "avoid", "default", "prefer", "always"];
 const KEYWORDS: [&str; 33] = [
     "model",
     "block",
@@ -110,43 +116,97 @@ const KEYWORDS: [&str; 33] = [
 pub(crate) fn completion(session: &mut Session, document: &Document, position: Position) -> Vec<CompletionItem> {
     let byte = session.byte(document, position);
     let context = context(&document.text, byte);
-    session.ask_document(document, |question| {
+    let mut found = session.ask_document(document, |question| {
         // A class is over behind its last name: what is typed there belongs around it.
         let class = question.class_around(byte);
         candidates(question, class, &context)
-    })
+    });
+    if let Slot::Text(_) = context.place {
+        // For an editor a word of a text may begin behind any dot or stroke of a unit.
+        let start = document.lines.position(&document.text, byte - context.partial.len(), session.settings.encoding);
+        for item in &mut found {
+            let edit = TextEdit { range: Range { start, end: position }, new_text: item.label.clone() };
+            item.text_edit = Some(CompletionTextEdit::Edit(edit));
+            item.filter_text = Some(item.label.clone());
+        }
+    }
+    found
 }
 
 fn candidates(question: &mut Question<'_>, class: Option<ClassId>, context: &Context) -> Vec<CompletionItem> {
     match &context.place {
         Slot::Comment | Slot::Declared => Vec::new(),
-        Slot::Text(attribute) => match attribute.as_deref() {
-            Some("unit" | "displayUnit") => {
-                let unit = |unit: &&str| plain(unit, CompletionItemKind::UNIT, None);
-                UNITS.iter().map(unit).collect()
-            }
-            _ => Vec::new(),
+        Slot::Text(text) => units(question, class, text),
+        Slot::Annotation(entry) => match annotations::proposals(entry) {
+            Some(found) => without(found, &context.given),
+            None => names(question, class, &context.loops),
         },
-        Slot::Argument(Head::Annotation(inside)) => annotations(inside),
-        Slot::Argument(Head::Modified { class: path, chain }) => modifiers(question, class, path, chain),
+        Slot::Argument(Head::Modified { class: path, chain }) => {
+            without(modifiers(question, class, path, chain), &context.given)
+        }
+        Slot::Value(Head::Modified { class: path, chain }, name) => {
+            let mut found = literals(question, class, (path, chain), name);
+            found.extend(names(question, class, &context.loops));
+            once(found)
+        }
+        Slot::Redeclared(Head::Modified { class: path, chain }, element) => {
+            replaceable(question, class, (path, chain), *element)
+        }
+        _ if context.connects => ends(question, class, &context.chain),
         _ if !context.chain.is_empty() => members(question, class, &context.chain),
         Slot::Class => classes(question, class),
         Slot::Argument(Head::Call(function)) => {
-            let mut found = arguments(question, class, function);
-            found.extend(names(question, class));
+            let mut found = without(arguments(question, class, function), &context.given);
+            found.extend(names(question, class, &context.loops));
             found
         }
-        Slot::Expression => names(question, class),
+        Slot::Expression | Slot::Value(..) | Slot::Redeclared(..) => names(question, class, &context.loops),
         Slot::Statement => {
-            let mut found = names(question, class);
+            let mut found = names(question, class, &context.loops);
             found.extend(KEYWORDS.iter().map(|word| plain(word, CompletionItemKind::KEYWORD, None)));
             found
         }
     }
 }
 
-fn plain(label: &str, kind: CompletionItemKind, detail: Option<String>) -> CompletionItem {
+pub(crate) fn plain(label: &str, kind: CompletionItemKind, detail: Option<String>) -> CompletionItem {
     CompletionItem { label: label.to_string(), kind: Some(kind), detail, ..CompletionItem::default() }
+}
+
+/// What is not among what a list gives already.
+fn without(mut found: Vec<CompletionItem>, given: &[String]) -> Vec<CompletionItem> {
+    found.retain(|item| !given.contains(&item.label));
+    found
+}
+
+/// Units for a string; those to display a value in measure what its unit does.
+fn units(question: &mut Question<'_>, class: Option<ClassId>, text: &Text) -> Vec<CompletionItem> {
+    let dimension = match text.attribute.as_deref() {
+        Some("unit") => None,
+        Some("displayUnit") => {
+            let own = text.unit.clone().or_else(|| unit_of(question, class, text.of.as_ref()?));
+            own.and_then(|unit| hyd_units::parse_unit(&unit).ok()).map(|unit| unit.dimension)
+        }
+        _ => return Vec::new(),
+    };
+    let fits = |unit: &&&str| {
+        dimension.is_none_or(|wanted| hyd_units::parse_unit(unit).is_ok_and(|unit| unit.dimension == wanted))
+    };
+    UNITS.iter().filter(fits).map(|unit| plain(unit, CompletionItemKind::UNIT, None)).collect()
+}
+
+/// The unit of what a list modifies, as its declaration or its type says.
+fn unit_of(question: &mut Question<'_>, class: Option<ClassId>, of: &Head) -> Option<String> {
+    let Head::Modified { class: path, chain } = of else { return None };
+    let given = match modified(question, class, path, chain)? {
+        Meaning::Component(member) => question.table.given(&member, Some("unit")),
+        Meaning::Class(class) => question.table.given_by_class(class, "unit"),
+        _ => None,
+    };
+    match given?.value.kind {
+        ExprKind::Text(ref unit) => Some(unit.to_string()),
+        _ => None,
+    }
 }
 
 /// What the names before the dot mean, one inside the other.
@@ -170,9 +230,7 @@ fn members(question: &mut Question<'_>, class: Option<ClassId>, chain: &[String]
             _ => Vec::new(),
         },
         Some(Meaning::Class(class)) => inside_class(question, class),
-        Some(Meaning::Type(_)) => ["never", "avoid", "default", "prefer", "always"]
-            .map(|l| plain(l, CompletionItemKind::ENUM_MEMBER, None))
-            .into(),
+        Some(Meaning::Type(_)) => STATE_SELECT.map(|l| plain(l, CompletionItemKind::ENUM_MEMBER, None)).into(),
         _ => Vec::new(),
     }
 }
@@ -223,7 +281,7 @@ fn elements_of(question: &mut Question<'_>, class: ClassId, inside: bool) -> Vec
     found
 }
 
-fn component_item(question: &mut Question<'_>, member: &hyd_instance::meaning::Member) -> CompletionItem {
+fn component_item(question: &mut Question<'_>, member: &Member) -> CompletionItem {
     let component = &member.component;
     let class: Vec<&str> = component.class.parts.iter().map(|part| &*part.name).collect();
     let unit = question.table.given(member, Some("unit")).map(|unit| print_expr(&unit.value));
@@ -251,8 +309,11 @@ fn class_kind(kind: ClassKind) -> CompletionItemKind {
 }
 
 /// Everything that one name can mean here.
-fn names(question: &mut Question<'_>, class: Option<ClassId>) -> Vec<CompletionItem> {
-    let mut found = class.map_or_else(Vec::new, |class| elements_of(question, class, true));
+fn names(question: &mut Question<'_>, class: Option<ClassId>, loops: &[String]) -> Vec<CompletionItem> {
+    let inner = loops.iter().rev();
+    let mut found: Vec<CompletionItem> =
+        inner.map(|name| plain(name, CompletionItemKind::VARIABLE, Some("loop variable".into()))).collect();
+    found.extend(class.map_or_else(Vec::new, |class| elements_of(question, class, true)));
     let mut around = class;
     while let Some(outer) = around.and_then(|class| question.table.class(class).parent) {
         if question.table.class(outer).def.kind == ClassKind::Package {
@@ -293,65 +354,168 @@ fn modifiers(
     chain: &[String],
 ) -> Vec<CompletionItem> {
     let attributes = || ATTRIBUTES.map(|name| plain(name, CompletionItemKind::PROPERTY, None)).into();
-    if let [only] = path
-        && matches!(only.as_str(), "Real" | "Integer" | "Boolean" | "String")
-    {
+    if is_predefined(path) {
         return attributes();
     }
-    let mut meaning = resolve(question, class, path);
-    for name in chain {
-        let Some(outer) = meaning else { return Vec::new() };
-        meaning = question.table.quietly(|table| {
-            let of = match &outer {
-                Meaning::Class(class) => Some(*class),
-                Meaning::Component(member) => match table.kind_of(member)?.class {
-                    KindClass::Class(class) => Some(class),
-                    KindClass::Builtin(_) => None,
-                },
-                _ => None,
-            };
-            table.member(of?, &Name::from(name.as_str()), &[])
-        });
-    }
-    let class = match meaning {
-        Some(Meaning::Class(class)) => class,
-        Some(Meaning::Component(member)) => match question.table.kind_of(&member).map(|kind| kind.class) {
-            Some(KindClass::Class(class)) => class,
-            Some(KindClass::Builtin(_)) => return attributes(),
-            None => return Vec::new(),
-        },
-        _ => return Vec::new(),
+    let Some(class) = modified(question, class, path, chain).and_then(|meaning| inside_of(question, &meaning)) else {
+        return Vec::new();
     };
-    if question.table.builtin_of(class).is_some() {
-        return attributes();
-    }
+    let class = match class {
+        KindClass::Class(class) if question.table.builtin_of(class).is_none() => class,
+        _ => return attributes(),
+    };
     let mut found = elements_of(question, class, false);
     // What is given most often comes first.
     for item in &mut found {
         let rank = if item.kind == Some(CompletionItemKind::PROPERTY) { 0 } else { 1 };
         item.sort_text = Some(format!("{rank}{}", item.label));
     }
+    for word in ["redeclare", "each", "final"] {
+        let item = plain(word, CompletionItemKind::KEYWORD, None);
+        found.push(CompletionItem { sort_text: Some(format!("2{word}")), ..item });
+    }
     found
+}
+
+fn is_predefined(path: &[String]) -> bool {
+    matches!(path, [only] if is_builtin(only))
+}
+
+/// What a list modifies.
+fn modified(question: &mut Question<'_>, class: Option<ClassId>, path: &[String], chain: &[String]) -> Option<Meaning> {
+    let start = resolve(question, class, path)?;
+    chain.iter().try_fold(start, |outer, name| {
+        let KindClass::Class(of) = inside_of(question, &outer)? else { return None };
+        question.table.quietly(|table| table.member(of, &Name::from(name.as_str()), &[]))
+    })
+}
+
+/// The class whose elements something has.
+fn inside_of(question: &mut Question<'_>, what: &Meaning) -> Option<KindClass> {
+    match what {
+        Meaning::Class(class) => Some(KindClass::Class(*class)),
+        Meaning::Component(member) => question.table.kind_of(member).map(|kind| kind.class),
+        Meaning::Type(name) => Some(KindClass::Builtin(name.clone())),
+        _ => None,
+    }
+}
+
+/// Values that the element of a modified class can have: literals of an enumeration, truth values.
+fn literals(
+    question: &mut Question<'_>,
+    class: Option<ClassId>,
+    (path, chain): (&[String], &[String]),
+    name: &str,
+) -> Vec<CompletionItem> {
+    let value = |label: &str| plain(label, CompletionItemKind::ENUM_MEMBER, None);
+    let truths = || ["true", "false"].map(value).to_vec();
+    let of = modified(question, class, path, chain);
+    let inside = of.and_then(|of| inside_of(question, &of));
+    let is_attribute = match &inside {
+        _ if is_predefined(path) => true,
+        Some(KindClass::Class(class)) => question.table.builtin_of(*class).is_some(),
+        Some(KindClass::Builtin(_)) => true,
+        None => false,
+    };
+    let inside = match inside {
+        Some(KindClass::Class(inside)) if !is_attribute => inside,
+        _ => {
+            return match name {
+                "stateSelect" if is_attribute => {
+                    STATE_SELECT.iter().map(|literal| value(&format!("StateSelect.{literal}"))).collect()
+                }
+                "fixed" if is_attribute => truths(),
+                _ => Vec::new(),
+            };
+        }
+    };
+    let member = question.table.quietly(|table| table.member(inside, &Name::from(name), &[]));
+    let Some(Meaning::Component(member)) = member else { return Vec::new() };
+    match question.table.kind_of(&member).map(|kind| kind.class) {
+        Some(KindClass::Builtin(name)) if &*name == "Boolean" => truths(),
+        Some(KindClass::Class(class)) => {
+            let Some((listed, literals)) = question.table.literals_of(class) else { return Vec::new() };
+            let full = question.table.full_name(listed);
+            literals.iter().map(|literal| value(&format!("{full}.{literal}"))).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Elements of a modified class that can be redeclared.
+fn replaceable(
+    question: &mut Question<'_>,
+    class: Option<ClassId>,
+    (path, chain): (&[String], &[String]),
+    wanted: context::Element,
+) -> Vec<CompletionItem> {
+    let of = modified(question, class, path, chain).and_then(|of| inside_of(question, &of));
+    let Some(KindClass::Class(of)) = of else { return Vec::new() };
+    let mut found = Vec::new();
+    for element in question.table.elements_of(of) {
+        match (element, wanted) {
+            (Visible::Component(member), context::Element::Component) if member.component.prefixes.replaceable => {
+                found.push(component_item(question, &member));
+            }
+            (Visible::Class(name, id), context::Element::Class) => {
+                let (def, parent) = (question.table.class(id).def.clone(), question.table.class(id).parent);
+                let around = parent.map(|parent| question.table.class(parent).def.clone());
+                let is_replaceable = around.is_some_and(|around| {
+                    nested_classes(&around).any(|own| own.class.name.name == name && own.prefixes.replaceable)
+                });
+                if is_replaceable {
+                    found.push(plain(&name, class_kind(def.kind), def.description.as_deref().map(str::to_string)));
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// How deep a component is looked into for connectors.
+const DEEPEST_END: usize = 4;
+
+/// Connectors, and components that hold connectors: of a class, or of what is named before the dot.
+fn ends(question: &mut Question<'_>, class: Option<ClassId>, chain: &[String]) -> Vec<CompletionItem> {
+    let inside = match chain {
+        [] => class,
+        _ => match resolve(question, class, chain).and_then(|of| inside_of(question, &of)) {
+            Some(KindClass::Class(of)) => Some(of),
+            _ => None,
+        },
+    };
+    let mut found = Vec::new();
+    for element in inside.map_or_else(Vec::new, |inside| question.table.elements_of(inside)) {
+        let Visible::Component(member) = element else { continue };
+        let visible = chain.is_empty() || !member.component.prefixes.protected;
+        if visible && is_end(question, &member, 0) {
+            found.push(component_item(question, &member));
+        }
+    }
+    found
+}
+
+fn is_end(question: &mut Question<'_>, member: &Member, depth: usize) -> bool {
+    let Some(KindClass::Class(class)) = question.table.kind_of(member).map(|kind| kind.class) else { return false };
+    if question.table.class(class).def.kind == ClassKind::Connector {
+        return true;
+    }
+    if depth >= DEEPEST_END {
+        return false;
+    }
+    let elements = question.table.elements_of(class);
+    elements.into_iter().any(|element| match element {
+        Visible::Component(inner) => !inner.component.prefixes.protected && is_end(question, &inner, depth + 1),
+        Visible::Class(..) => false,
+    })
 }
 
 fn arguments(question: &mut Question<'_>, class: Option<ClassId>, function: &[String]) -> Vec<CompletionItem> {
     let Some(Meaning::Class(function)) = resolve(question, class, function) else { return Vec::new() };
     let inputs = crate::signature::inputs(question, function);
-    let item = |member: &hyd_instance::meaning::Member| component_item(question, member);
+    let item = |member: &Member| component_item(question, member);
     inputs.iter().map(item).collect()
-}
-
-fn annotations(inside: &[String]) -> Vec<CompletionItem> {
-    let inside: Vec<&str> = inside.iter().map(String::as_str).collect();
-    let known: &[&str] = match inside[..] {
-        [] => &["experiment", "Documentation", "Evaluate", "Inline", "choices", "Dialog", "Icon", "Diagram", "__hyd"],
-        ["experiment"] => &["StartTime", "StopTime", "Interval", "Tolerance"],
-        ["Documentation"] => &["info", "revisions"],
-        ["__hyd"] => &["open", "effect", "place", "prior", "plot"],
-        ["Dialog"] => &["tab", "group", "enable"],
-        _ => &[],
-    };
-    known.iter().map(|name| plain(name, CompletionItemKind::PROPERTY, None)).collect()
 }
 
 #[cfg(test)]

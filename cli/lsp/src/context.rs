@@ -3,6 +3,8 @@
 use hyd_syntax::is_keyword;
 use hyd_syntax::tokens::{Kind, Token, tokens};
 
+use crate::annotations::{Entry, entry};
+
 /// What is being typed.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Context {
@@ -12,6 +14,12 @@ pub(crate) struct Context {
     pub(crate) partial: String,
     /// What may stand here.
     pub(crate) place: Slot,
+    /// It is an end of a connection.
+    pub(crate) connects: bool,
+    /// Loop variables around it, outermost first.
+    pub(crate) loops: Vec<String>,
+    /// Elements that the list around it gives something already.
+    pub(crate) given: Vec<String>,
 }
 
 /// What may stand at a place.
@@ -27,10 +35,36 @@ pub(crate) enum Slot {
     Declared,
     /// A name in the list of a modification or call.
     Argument(Head),
-    /// A string that is the value of this attribute.
-    Text(Option<String>),
+    /// The value of this element in the list of a modification.
+    Value(Head, String),
+    /// The name of the element that a redeclaration in such a list is for, of a class or a component.
+    Redeclared(Head, Element),
+    /// In an annotation.
+    Annotation(Entry),
+    /// A string.
+    Text(Text),
     /// A comment.
     Comment,
+}
+
+/// What is redeclared.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Element {
+    /// `redeclare A.B name`
+    Component,
+    /// `redeclare model name`
+    Class,
+}
+
+/// A string that is being written.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Text {
+    /// The attribute whose value it is.
+    pub(crate) attribute: Option<String>,
+    /// What is modified.
+    pub(crate) of: Option<Head>,
+    /// The unit that is given before in the same list.
+    pub(crate) unit: Option<String>,
 }
 
 /// What a list in parentheses belongs to.
@@ -45,8 +79,6 @@ pub(crate) enum Head {
         /// The elements.
         chain: Vec<String>,
     },
-    /// `annotation(...)`, inside of these entries.
-    Annotation(Vec<String>),
 }
 
 /// Words that may stand before the type in a declaration.
@@ -90,7 +122,14 @@ const OPENING: [&str; 12] = [
 pub(crate) fn context(text: &str, byte: usize) -> Context {
     let before = text.get(..byte).unwrap_or_default();
     let all: Vec<Token<'_>> = tokens(before).collect();
-    let nothing = |place| Context { chain: Vec::new(), partial: String::new(), place };
+    let nothing = |place| Context {
+        chain: Vec::new(),
+        partial: String::new(),
+        place,
+        connects: false,
+        loops: Vec::new(),
+        given: Vec::new(),
+    };
     if let Some(last) = all.last() {
         let open_line = last.kind == Kind::LineComment && !before[last.at..].contains('\n');
         if open_line || last.kind == Kind::BlockComment && !last.text.ends_with("*/") {
@@ -101,11 +140,7 @@ pub(crate) fn context(text: &str, byte: usize) -> Context {
     if let Some(last) = words.last().filter(|last| last.kind == Kind::Text && is_open(last.text)) {
         let inside = last.text[1..].to_string();
         words.pop();
-        let attribute = match &words[..] {
-            [.., name, equals] if equals.is("=") => Some(name.text.to_string()),
-            _ => None,
-        };
-        return Context { chain: Vec::new(), partial: inside, place: Slot::Text(attribute) };
+        return Context { partial: inside, ..nothing(Slot::Text(written(&words))) };
     }
     let mut partial = String::new();
     if let Some(last) = words.last().copied().filter(|last| last.kind == Kind::Word && end(last) == byte) {
@@ -114,7 +149,85 @@ pub(crate) fn context(text: &str, byte: usize) -> Context {
     }
     let chain = take_chain(&mut words);
     let place = slot(&words, !chain.is_empty());
-    Context { chain, partial, place }
+    let connects = opener(&words).is_some_and(|at| at > 0 && words[at].is("(") && words[at - 1].is("connect"));
+    let given = given(&words, text.get(byte..).unwrap_or_default());
+    Context { chain, partial, place, connects, loops: loops(&words), given }
+}
+
+/// A string behind these tokens.
+fn written(words: &[Token<'_>]) -> Text {
+    let [.., name, equals] = words else { return Text::default() };
+    if !equals.is("=") {
+        return Text::default();
+    }
+    let attribute = Some(name.text.to_string());
+    let Some(at) = opener(words).filter(|&at| words[at].is("(")) else {
+        return Text { attribute, ..Text::default() };
+    };
+    let unit = words[at..].windows(3).find_map(|three| match three {
+        [name, equals, text] if name.is("unit") && equals.is("=") && text.kind == Kind::Text => {
+            Some(text.text.trim_matches('"').to_string())
+        }
+        _ => None,
+    });
+    Text { attribute, of: head(&words[..at]), unit }
+}
+
+/// The names in a list that stand before `=` or `(`, in the part before a place and in the one behind it.
+fn given(words: &[Token<'_>], behind: &str) -> Vec<String> {
+    let Some(at) = opener(words) else { return Vec::new() };
+    // What is behind belongs to the list up to its end, or to that of the statement.
+    let rest: Vec<Token<'_>> = tokens(behind).take(MOST_BEHIND).filter(|token| !token.is_comment()).collect();
+    let mut found = Vec::new();
+    for part in [&words[at + 1..], &rest[..]] {
+        let mut depth = 0usize;
+        for (k, token) in part.iter().enumerate() {
+            if token.closes() && depth == 0 || token.is(";") {
+                break;
+            }
+            if token.closes() {
+                depth -= 1;
+            }
+            let gives = part.get(k + 1).is_some_and(|next| next.is("=") || next.is("("));
+            if depth == 0 && gives && token.kind == Kind::Word && !is_keyword(token.text) {
+                found.push(token.text.to_string());
+            }
+            if token.opens() {
+                depth += 1;
+            }
+        }
+    }
+    found
+}
+
+/// Tokens behind a place that are looked at.
+const MOST_BEHIND: usize = 400;
+
+/// The loop variables of what is open behind these tokens.
+fn loops(words: &[Token<'_>]) -> Vec<String> {
+    let mut open: Vec<(usize, Vec<String>)> = Vec::new();
+    let mut depth = 0usize;
+    for (k, token) in words.iter().enumerate() {
+        let next = words.get(k + 1).filter(|next| next.kind == Kind::Word && !is_keyword(next.text));
+        if token.opens() {
+            depth += 1;
+        } else if token.closes() {
+            depth = depth.saturating_sub(1);
+            open.retain(|(own, _)| *own <= depth);
+        } else if token.is("for") && k > 0 && words[k - 1].is("end") {
+            open.pop();
+        } else if token.is("for") {
+            open.push((depth, next.iter().map(|next| next.text.to_string()).collect()));
+        } else if token.is(",") && words.get(k + 2).is_some_and(|word| word.is("in")) {
+            // `for i in 1:2, j in 1:3`
+            if let (Some((_, names)), Some(next)) = (open.last_mut(), next) {
+                names.push(next.text.to_string());
+            }
+        } else if token.is("end") && next.is_some() {
+            open.clear();
+        }
+    }
+    open.into_iter().flat_map(|(_, names)| names).collect()
 }
 
 /// The list in parentheses around a byte: what it belongs to, the number of the argument, and its name if it has one.
@@ -184,7 +297,7 @@ fn take_chain(words: &mut Vec<Token<'_>>) -> Vec<String> {
 }
 
 /// The last bracket that is not closed within its statement.
-fn opener(words: &[Token<'_>]) -> Option<usize> {
+pub(crate) fn opener(words: &[Token<'_>]) -> Option<usize> {
     let mut depth = 0usize;
     for (k, token) in words.iter().enumerate().rev() {
         if token.closes() {
@@ -203,6 +316,12 @@ fn opener(words: &[Token<'_>]) -> Option<usize> {
 
 fn slot(words: &[Token<'_>], behind_dot: bool) -> Slot {
     let Some(last) = words.last() else { return Slot::Statement };
+    if let Some(entry) = entry(words).filter(|_| !behind_dot) {
+        return Slot::Annotation(entry);
+    }
+    if let Some(modified) = modified(words).filter(|_| !behind_dot) {
+        return modified;
+    }
     if let Some(at) = opener(words)
         && words[at].is("(")
         && (last.is("(") || last.is(",") || last.is_one_of(&["each", "final"]))
@@ -228,12 +347,34 @@ fn slot(words: &[Token<'_>], behind_dot: bool) -> Slot {
     Slot::Expression
 }
 
+/// What stands in the list of a modification and is no name of an element to modify: a value, or the name that a redeclaration is for.
+fn modified(words: &[Token<'_>]) -> Option<Slot> {
+    let at = opener(words).filter(|&at| words[at].is("("))?;
+    let is_name = |token: &Token<'_>| token.kind == Kind::Word && !is_keyword(token.text);
+    let inside = &words[at + 1..];
+    let begin = inside.iter().rposition(|token| token.is(",")).map_or(0, |comma| comma + 1);
+    let own = &inside[begin..];
+    let list = || head(&words[..at]).filter(|head| matches!(head, Head::Modified { .. }));
+    if let [.., name, equals] = own
+        && equals.is("=")
+        && is_name(name)
+    {
+        return list().map(|head| Slot::Value(head, name.text.to_string()));
+    }
+    let redeclares = own.iter().position(|token| token.is("redeclare"))?;
+    let behind: Vec<_> = own[redeclares + 1..].iter().skip_while(|token| token.is_one_of(&PREFIXES)).collect();
+    match &behind[..] {
+        [word] if word.is_one_of(&CLASS_WORDS) => list().map(|head| Slot::Redeclared(head, Element::Class)),
+        [.., last] if is_name(last) && behind.iter().all(|token| is_name(token) || token.is(".")) => {
+            list().map(|head| Slot::Redeclared(head, Element::Component))
+        }
+        _ => None,
+    }
+}
+
 /// What the list belongs to that begins behind these tokens.
 fn head(words: &[Token<'_>]) -> Option<Head> {
     let last = words.last().filter(|last| last.kind == Kind::Word)?;
-    if last.is("annotation") {
-        return Some(Head::Annotation(Vec::new()));
-    }
     let mut rest = words.to_vec();
     rest.pop();
     let mut name = take_chain(&mut rest);
@@ -257,10 +398,6 @@ fn head(words: &[Token<'_>]) -> Option<Head> {
         Some(Head::Modified { class, mut chain }) if begins => {
             chain.extend(name);
             Some(Head::Modified { class, chain })
-        }
-        Some(Head::Annotation(mut inside)) if begins => {
-            inside.extend(name);
-            Some(Head::Annotation(inside))
         }
         _ if is_keyword(last.text) && !matches!(last.text, "connect" | "der" | "initial" | "pure") => None,
         _ => Some(Head::Call(name)),
@@ -330,10 +467,15 @@ mod tests {
 
     #[test]
     fn what_is_typed_is_known() {
-        let modified = |class: &[&str], chain: &[&str]| {
-            Slot::Argument(Head::Modified { class: names(class), chain: names(chain) })
+        let list = |class: &[&str], chain: &[&str]| Head::Modified { class: names(class), chain: names(chain) };
+        let modified = |class: &[&str], chain: &[&str]| Slot::Argument(list(class, chain));
+        let (real, boxed) = (list(&["Real"], &[]), list(&["Box"], &[]));
+        let drawn = |name: &str, of: &str| Slot::Annotation(Entry::Value { name: name.into(), of: of.into() });
+        let text = |attribute: &str, unit: Option<&str>| {
+            let (attribute, unit) = (Some(attribute.to_string()), unit.map(str::to_string));
+            Slot::Text(Text { attribute, of: Some(list(&["Real"], &[])), unit })
         };
-        for (text, chain, partial, place) in [
+        let cases: Vec<(&str, &[&str], &str, Slot)> = vec![
             ("model M\n  |", &[][..], "", Slot::Statement),
             ("model M \"d\"\n  Re|", &[], "Re", Slot::Statement),
             ("model M\n  Real |", &[], "", Slot::Declared),
@@ -350,15 +492,37 @@ mod tests {
             ("; Box b(size = f(|", &[], "", Slot::Argument(Head::Call(names(&["f"])))),
             ("equation x = P.f(1, |", &[], "", Slot::Argument(Head::Call(names(&["P", "f"])))),
             ("equation connect(|", &[], "", Slot::Argument(Head::Call(names(&["connect"])))),
-            ("; annotation(experiment(|", &[], "", Slot::Argument(Head::Annotation(names(&["experiment"])))),
-            ("; Real x(unit = \"kg|", &[], "kg", Slot::Text(Some("unit".into()))),
+            ("; annotation(experiment(|", &[], "", Slot::Annotation(Entry::Inside("experiment".into()))),
+            ("; annotation(Icon(graphics = {Line(), |", &[], "", drawn("graphics", "Icon")),
+            (
+                "; annotation(Documentation(figures = {Figure(plots = {Plot(curves = {Curve(y = |",
+                &[],
+                "",
+                drawn("y", "Curve"),
+            ),
+            ("; Real x(unit = \"kg|", &[], "kg", text("unit", None)),
+            ("; Real x(unit = \"Pa\", displayUnit = \"b|", &[], "b", text("displayUnit", Some("Pa"))),
+            ("; Real x(stateSelect = |", &[], "", Slot::Value(real.clone(), "stateSelect".into())),
+            ("; Box b(size = 1, redeclare A.B |", &[], "", Slot::Redeclared(boxed.clone(), Element::Component)),
+            ("; Box b(redeclare replaceable model |", &[], "", Slot::Redeclared(boxed.clone(), Element::Class)),
             ("x // a.|", &[], "", Slot::Comment),
             ("x /* a.|", &[], "", Slot::Comment),
             ("", &[], "", Slot::Statement),
-        ] {
-            let expected = Context { chain: names(chain), partial: partial.into(), place };
-            assert_eq!(at(text), expected, "{text}");
+        ];
+        for (text, chain, partial, place) in cases {
+            let found = at(text);
+            assert_eq!((found.chain, &*found.partial, found.place), (names(chain), partial, place), "{text}");
         }
+    }
+
+    #[test]
+    fn loops_and_given_names_are_known() {
+        let loops = |text: &str| at(text).loops.join(" ");
+        assert_eq!(loops("; for i in 1:3, j in 1:2 loop x[i] = f(|"), "i j");
+        assert_eq!(loops("; for i in 1:3 loop a = 1; end for; for k loop b = sum(n for n in 1:2) + |"), "k");
+        assert_eq!(loops("; for i in 1:3 loop a = 1; end for; x = |"), "");
+        assert_eq!(at("; Box b(size = 1, redeclare A.B c(d = 2), |, e = 3);").given, ["size", "c", "e"]);
+        assert!(at("; connect(a.|, b);").connects && !at("; x = f(|").connects);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! is read from tokens (`context`), since the tree of half a line tells nothing.
 
 mod actions;
+mod annotations;
 mod capabilities;
 mod check;
 mod checker;

@@ -1,6 +1,7 @@
 //! The server as a whole, over a connection in memory.
 
 mod client;
+mod completions;
 mod desk;
 mod hovers;
 mod random_edits;
