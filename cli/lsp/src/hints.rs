@@ -3,12 +3,15 @@
 //!
 //! They are what a translation of the class found, so they come with its check.
 
+use std::collections::{BTreeMap, HashSet};
+
 use hyd_compiler::Compilation;
-use hyd_equations::{SortedSystem, parameter_values};
+use hyd_equations::{EqId, SortedSystem, parameter_values};
 use hyd_flat::{BlockId, EquationBlock, FlatModel, Section, Target, VarId};
-use hyd_source::{Files, Span};
-use hyd_syntax::tree::ExprKind;
-use hyd_system::Variability;
+use hyd_source::Span;
+use hyd_syntax::names::{Names, Purpose};
+use hyd_syntax::tree::{Component, ExprKind};
+use hyd_system::{ValueKind, Variability};
 use lsp_types::{InlayHint, InlayHintKind, InlayHintLabel, InlayHintTooltip, Range};
 
 use crate::documents::Document;
@@ -28,14 +31,14 @@ pub(crate) struct Fact {
 pub(crate) enum Known {
     /// The unit of a variable that declares none.
     Unit(String),
-    /// The value of a parameter.
-    Value(f64),
-    /// The variable that an equation determines.
+    /// The value of a parameter, as a text would have it.
+    Value(String),
+    /// What an equation determines: variables.
     Determines(String),
 }
 
-/// What a translation tells of the declarations and equations that stand in the class itself, in this file.
-pub(crate) fn facts(compilation: &Compilation, file: &str) -> Vec<Fact> {
+/// What a translation tells of the declarations and equations that stand in the class itself, in this file with these names.
+pub(crate) fn facts(compilation: &Compilation, file: &str, names: &Names) -> Vec<Fact> {
     let Some(flat) = &compilation.flat else { return Vec::new() };
     let files = &compilation.files;
     let is_here = |path: &str, span: Span| path.is_empty() && **files.name(span.file) == *file;
@@ -53,7 +56,7 @@ pub(crate) fn facts(compilation: &Compilation, file: &str) -> Vec<Fact> {
         }
     }
     if let Some(sorted) = compilation.sorted.as_deref() {
-        values(sorted, files, &is_here, &mut found);
+        values(sorted, &literals(names), &is_here, &mut found);
         determined(sorted, &is_here, &mut found);
     }
     found.sort_by_key(|fact| fact.span);
@@ -61,7 +64,23 @@ pub(crate) fn facts(compilation: &Compilation, file: &str) -> Vec<Fact> {
     found
 }
 
-fn values(sorted: &SortedSystem, files: &Files, is_here: &dyn Fn(&str, Span) -> bool, found: &mut Vec<Fact>) {
+/// Where the declarations stand whose value is a literal already, or is not given.
+fn literals(names: &Names) -> HashSet<u32> {
+    let is_literal = |component: &Component| match component.modification.binding.as_ref().map(|value| &value.kind) {
+        Some(ExprKind::Unary(_, value)) => matches!(value.kind, ExprKind::Integer(_) | ExprKind::Real(_)),
+        Some(kind) => {
+            matches!(kind, ExprKind::Integer(_) | ExprKind::Real(_) | ExprKind::Boolean(_) | ExprKind::Text(_))
+        }
+        None => true,
+    };
+    let written = names.places.iter().filter_map(|place| match &place.purpose {
+        Purpose::DeclaresComponent(component) if is_literal(component) => Some(place.ident.span.start),
+        _ => None,
+    });
+    written.collect()
+}
+
+fn values(sorted: &SortedSystem, literals: &HashSet<u32>, is_here: &dyn Fn(&str, Span) -> bool, found: &mut Vec<Fact>) {
     let flat: &FlatModel = &sorted.system.flat;
     let values = parameter_values(sorted, &|_| None);
     for block in flat.variables.iter().filter(|block| block.count == 1 && block.made.is_none()) {
@@ -70,70 +89,102 @@ fn values(sorted: &SortedSystem, files: &Files, is_here: &dyn Fn(&str, Span) -> 
             continue;
         }
         let value = values[block.first];
-        if value.is_finite() && !is_written(files, span) {
-            found.push(Fact { span, what: Known::Value(value) });
+        if value.is_finite() && !literals.contains(&span.start) {
+            found.push(Fact { span, what: Known::Value(shown(&block.kind, value)) });
         }
     }
 }
 
-/// Characters behind a name in which its value is looked for.
-const LONGEST: usize = 200;
-
-/// The value stands behind the name as a number already.
-fn is_written(files: &Files, name: Span) -> bool {
-    let rest = files.text(name.file).get(name.end as usize..).unwrap_or_default();
-    // A number is not longer, and a line may be as long as machines write it.
-    let line: &str = rest.char_indices().nth(LONGEST).map_or(rest, |(end, _)| &rest[..end]);
-    let line = line.lines().next().unwrap_or_default();
-    let Some((_, value)) = line.split_once('=') else { return true };
-    let value = value.split([';', '"']).next().unwrap_or_default();
-    let parsed = hyd_syntax::parse_expression(name.file, value).value;
-    match parsed.map(|value| value.kind) {
-        Some(ExprKind::Unary(_, value)) => matches!(value.kind, ExprKind::Integer(_) | ExprKind::Real(_)),
-        Some(ExprKind::Integer(_) | ExprKind::Real(_) | ExprKind::Boolean(_) | ExprKind::Text(_)) | None => true,
-        Some(_) => false,
+/// A value as a text would have it.
+fn shown(kind: &ValueKind, value: f64) -> String {
+    match kind {
+        ValueKind::Boolean => (value != 0.0).to_string(),
+        ValueKind::Enumeration(literals) => {
+            // Literals are counted from 1; a number that is none has no name.
+            let literal = (value >= 1.0).then(|| literals.get(value as usize - 1)).flatten();
+            literal.map_or_else(|| number(value), |literal| literal.to_string())
+        }
+        ValueKind::Real | ValueKind::Integer => number(value),
     }
 }
 
-/// The variable that each equation of the class determines, where it determines one alone.
+/// Names of variables that are listed for one equation.
+const MOST_NAMES: usize = 3;
+
+/// The variables that each equation of the class determines, also for all elements of arrays and at events, where each of its scalar equations
+/// determines one alone.
 fn determined(sorted: &SortedSystem, is_here: &dyn Fn(&str, Span) -> bool, found: &mut Vec<Fact>) {
     let flat: &FlatModel = &sorted.system.flat;
-    let written = |equation: hyd_equations::EqId| -> Option<&EquationBlock> {
-        let block = &flat.equations[sorted.system.equations[equation].block as usize];
-        let shown = block.section == Section::Continuous && !block.made && block.count == 1;
+    let block_of = |equation: EqId| &flat.equations[sorted.system.equations[equation].block as usize];
+    let written = |equation: EqId| -> Option<&EquationBlock> {
+        let block = block_of(equation);
+        let shown = matches!(block.section, Section::Continuous | Section::Discrete) && !block.made;
         (shown && !flat.is_connection(block) && is_here(&block.origin.path, block.origin.span)).then_some(block)
     };
-    let is_declared = |target: Target| match target {
-        Target::Var(v) | Target::Der(v) => {
-            let (block, _): (BlockId, usize) = flat.locate(v);
-            flat.variables[block].made.is_none()
+    // By the place of the equation: the derivatives and variables that its parts determine, and the number of its parts.
+    let mut determined: BTreeMap<Span, (Vec<(bool, VarId)>, usize)> = BTreeMap::new();
+    let mut add = |equation: EqId, target: Target| {
+        let (Target::Var(v) | Target::Der(v)) = target else { return };
+        let (block, _): (BlockId, usize) = flat.locate(v);
+        if let (None, Some(text)) = (flat.variables[block].made, written(equation)) {
+            let known = &mut determined.entry(text.origin.span).or_default().0;
+            let one = (matches!(target, Target::Der(_)), v);
+            if !known.contains(&one) {
+                known.push(one);
+            }
         }
-        _ => false,
-    };
-    let name = |target: Target| match target {
-        Target::Der(v) => format!("der({})", flat.var_name(v)),
-        Target::Var(v) => flat.var_name(v),
-        _ => String::new(),
     };
     let plan = &sorted.simulation;
-    for assignment in plan.assignments.iter().filter(|assignment| is_declared(assignment.target)) {
-        if let Some(block) = written(assignment.equation) {
-            found.push(Fact { span: block.origin.span, what: Known::Determines(name(assignment.target)) });
-        }
+    for assignment in plan.assignments.iter().chain(&sorted.discrete) {
+        add(assignment.equation, assignment.target);
     }
     for block in plan.blocks.iter() {
         if let ([unknown], [residual], []) = (block.unknowns, block.residuals, block.assignments) {
             let unknown = &plan.unknowns[*unknown as usize];
-            let (Target::Var(v), Some(text)) = (unknown.target, written(plan.residuals[*residual as usize].equation))
-            else {
-                continue;
-            };
-            let target = if unknown.differential { Target::Der(v) } else { Target::Var(v) };
-            if is_declared(target) {
-                found.push(Fact { span: text.origin.span, what: Known::Determines(name(target)) });
+            if let Target::Var(v) = unknown.target {
+                let target = if unknown.differential { Target::Der(v) } else { Target::Var(v) };
+                add(plan.residuals[*residual as usize].equation, target);
             }
         }
     }
+    for block in &flat.equations {
+        if let Some((_, parts)) = determined.get_mut(&block.origin.span) {
+            *parts = (*parts).max(block.count as usize);
+        }
+    }
+    for (span, (mut targets, parts)) in determined {
+        // Of an array equation of which some parts belong to a system, nothing short can be said.
+        if parts == 1 || targets.len() == parts {
+            targets.sort_unstable_by_key(|&(is_derivative, v)| (v, is_derivative));
+            found.push(Fact { span, what: Known::Determines(named(flat, &targets)) });
+        }
+    }
+}
+
+/// The names of variables, arrays by their own names where all elements are meant.
+fn named(flat: &FlatModel, targets: &[(bool, VarId)]) -> String {
+    let mut names: Vec<String> = Vec::new();
+    let mut left = targets;
+    while let Some(&(is_derivative, v)) = left.first() {
+        let (block, k): (BlockId, usize) = flat.locate(v);
+        let count = flat.variables[block].count as usize;
+        let is_whole = k == 0
+            && count > 1
+            && left.len() >= count
+            && left[..count].iter().all(|&(own, v)| own == is_derivative && flat.locate(v).0 == block);
+        let full = flat.var_name(v);
+        let (name, taken) = match full.rfind('[').filter(|_| is_whole && full.ends_with(']')) {
+            Some(subscripts) => (full[..subscripts].to_string(), count),
+            None => (full, 1),
+        };
+        names.push(if is_derivative { format!("der({name})") } else { name });
+        left = &left[taken..];
+    }
+    if names.len() > MOST_NAMES {
+        names.truncate(MOST_NAMES);
+        names.push("…".into());
+    }
+    names.join(", ")
 }
 
 /// The hints of a range of a document.
@@ -153,8 +204,8 @@ fn hint(session: &Session, document: &Document, fact: &Fact) -> InlayHint {
             let unit = if unit == "1" { "no unit" } else { unit };
             (format!("[{unit}]"), Some(InlayHintKind::TYPE), "the unit that follows from the equations")
         }
-        Known::Value(value) => (format!("= {}", number(*value)), None, "the value before the run"),
-        Known::Determines(name) => (format!("→ {name}"), None, "the variable that this equation determines"),
+        Known::Value(value) => (format!("= {value}"), None, "the value before the run"),
+        Known::Determines(names) => (format!("→ {names}"), None, "what this equation determines"),
     };
     InlayHint {
         position,

@@ -12,7 +12,7 @@ use hyd_syntax::tree::{
 use lsp_types::{Hover, HoverContents, MarkupContent, MarkupKind, Position};
 
 use crate::documents::Document;
-use crate::hints::{Fact, Known, number};
+use crate::hints::{Fact, Known};
 use crate::math;
 use crate::session::{Question, Session};
 
@@ -137,7 +137,7 @@ fn component(question: &mut Question<'_>, member: &Member, facts: &[Fact]) -> St
     } else if let Some(start) = question.table.given(member, Some("start")) {
         line("start", &format!("`{}`{}", question.written(&start.value), said_by(question, member, &start)));
     }
-    if let Some(value) = known(|known| if let Known::Value(value) = known { Some(number(*value)) } else { None }) {
+    if let Some(value) = known(|known| if let Known::Value(value) = known { Some(value.clone()) } else { None }) {
         line("before the run", &format!("`{value}`"));
     }
     let owner = question.table.full_name(member.owner);

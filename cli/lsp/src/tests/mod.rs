@@ -4,5 +4,6 @@ mod client;
 mod completions;
 mod desk;
 mod hovers;
+mod inlays;
 mod random_edits;
 mod renames;
