@@ -23,6 +23,7 @@ mod hover;
 mod lenses;
 mod lines;
 mod math;
+mod predefined;
 mod references;
 mod renaming;
 mod requests;

@@ -110,3 +110,19 @@ fn modifiers_and_their_values_are_proposed() {
     assert_eq!(labels(&mut desk, "Two a(redeclare Part |);"), ["second"]);
     assert_eq!(labels(&mut desk, "Two a(redeclare model |);"), ["Inside"]);
 }
+
+/// Functions of the language are called in the ways that it knows.
+#[test]
+fn calls_of_predefined_functions_are_told() {
+    let mut desk = Desk::open("signatures", PARTS);
+    let mut told = |line: &str| {
+        desk.write(&PARTS.replace("HERE", &line.replace('|', "")));
+        let help = desk.ask("signatureHelp", line, json!({})).expect("an answer");
+        let shown = help["activeSignature"].as_u64().unwrap_or_default() as usize;
+        format!("{} {}", help["signatures"][shown]["label"], help["activeParameter"])
+    };
+    assert_eq!(told("equation z[1] = sin(|"), "\"sin(angle in rad)\" 0");
+    assert_eq!(told("equation z[1] = atan2(1, |"), "\"atan2(y, x)\" 1");
+    assert_eq!(told("equation z[1] = delay(z[2], 1, |"), "\"delay(x, delayTime, delayMax)\" 2");
+    assert_eq!(told("equation z = fill(1, 2, 3, |"), "\"fill(value, n, ...)\" 2");
+}
