@@ -1,5 +1,6 @@
-//! What can be folded: classes, loops and branches, brackets over several lines, comments.
+//! What can be folded: classes, their sections, loops and branches, brackets over several lines, comments.
 
+use hyd_syntax::is_keyword;
 use hyd_syntax::tokens::{Kind, Token, tokens};
 use lsp_types::{FoldingRange, FoldingRangeKind};
 
@@ -18,9 +19,22 @@ pub(crate) fn folding(session: &mut Session, document: &Document) -> Vec<Folding
     }
     let mut open: Vec<(&str, usize)> = Vec::new();
     let mut comments: Option<(u32, u32)> = None;
+    // The first line of a section that has not ended.
+    let mut section: Option<u32> = None;
     let all: Vec<Token<'_>> = tokens(text).collect();
     for (k, token) in all.iter().enumerate() {
         let from = line(token.at);
+        let word = |at: usize| all.get(at).filter(|next| next.kind == Kind::Word);
+        let begins = token.is_one_of(&["equation", "algorithm"]);
+        let is_initial =
+            token.is("initial") && word(k + 1).is_some_and(|next| next.is_one_of(&["equation", "algorithm"]));
+        let ends_class = token.is("end") && word(k + 1).is_some_and(|next| !is_keyword(next.text));
+        if begins && k > 0 && all[k - 1].is("initial") {
+            // It has begun with that word.
+        } else if begins || is_initial || ends_class || token.is_one_of(&["public", "protected", "external"]) {
+            found.extend(section.take().map(|first| (first, from.saturating_sub(1), None)));
+            section = (begins || is_initial).then_some(from);
+        }
         if token.kind == Kind::LineComment && token.breaks > 0 {
             comments = match comments {
                 Some((first, last)) if last + 1 == from => Some((first, from)),

@@ -86,7 +86,7 @@ fn component_kind(component: &Component) -> SymbolKind {
     }
 }
 
-/// Classes and components of the workspace whose names hold the query, whatever the case.
+/// Classes and components of the workspace whose names hold the query, whatever the case; one with dots is held by the whole name.
 pub(crate) fn workspace_symbols(session: &mut Session, query: &str, go_on: &dyn Fn() -> bool) -> Vec<WorkspaceSymbol> {
     let query = query.to_lowercase();
     let mut found = Vec::new();
@@ -96,7 +96,8 @@ pub(crate) fn workspace_symbols(session: &mut Session, query: &str, go_on: &dyn 
         }
         let Some(text) = session.text(&path) else { continue };
         // Nothing is parsed that cannot have the name.
-        if !query.is_empty() && !text.to_lowercase().contains(&query) {
+        let lower = text.to_lowercase();
+        if !query.split('.').all(|part| lower.contains(part)) {
             continue;
         }
         file_symbols(session, &path, &text, &query, &mut found);
@@ -117,7 +118,11 @@ fn file_symbols(
     let lines = Lines::new(text);
     let within: Vec<&str> = names.within.iter().map(|part| &*part.name).collect();
     let mut push = |name: &str, around: String, kind: SymbolKind, span: Span| {
-        if name.to_lowercase().contains(query) {
+        let is_held = match query.contains('.') {
+            true => format!("{around}.{name}").to_lowercase().contains(query),
+            false => name.to_lowercase().contains(query),
+        };
+        if is_held {
             let range = lines.range(text, span, session.settings.encoding);
             found.push(WorkspaceSymbol {
                 name: name.to_string(),

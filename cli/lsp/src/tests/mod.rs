@@ -5,5 +5,6 @@ mod completions;
 mod desk;
 mod hovers;
 mod inlays;
+mod outlines;
 mod random_edits;
 mod renames;
