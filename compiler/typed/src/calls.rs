@@ -3,8 +3,8 @@
 use std::rc::Rc;
 
 use hyd_instance::{Builtin, LocalClass, Resolved, ScalarType};
-use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
-use hyd_syntax::tree::{self as text, Arguments, ClassKind, ComponentRef, Name};
+use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_syntax::tree::{self as text, Arguments, ClassKind, ComponentRef, Ident, Name};
 use hyd_system::math::Function as Named;
 
 use crate::elaborate::{Elaborator, joined};
@@ -218,7 +218,7 @@ impl Elaborator<'_, '_> {
         let resolved = self.scopes.resolve(self.scope, function);
         let mut said = self.scopes.table.messages.end();
         if resolved.is_err() && function.parts.len() == 1 {
-            self.suggest_function(&mut said, &function.parts[0].name.name);
+            self.suggest_function(&mut said, &function.parts[0].name);
         }
         self.scopes.table.messages.report_all(said);
         match resolved? {
@@ -228,16 +228,19 @@ impl Elaborator<'_, '_> {
     }
 
     /// The message for an unknown name in place of a function speaks of functions.
-    fn suggest_function(&mut self, said: &mut [Diagnostic], name: &str) {
+    fn suggest_function(&mut self, said: &mut [Diagnostic], name: &Ident) {
         if said.iter().all(|d| d.code != Code::UnknownName) {
             return;
         }
         let mut names = self.scopes.visible_classes(self.scope);
         names.extend(Builtin::names().map(Name::from));
-        let help = did_you_mean(name, names.iter().map(|n| n.as_ref()));
         for message in said.iter_mut().filter(|d| d.code == Code::UnknownName) {
-            message.message = format!("there is no function `{name}` here");
-            message.notes = help.iter().cloned().collect();
+            let mut own = message.clone();
+            own.message = format!("there is no function `{}` here", name.name);
+            // Variables that are spelt alike are no functions.
+            own.notes.clear();
+            own.proposals.clear();
+            *message = own.meant(name.span, &name.name, names.iter().map(|n| n.as_ref()));
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use hyd_instance::{Env, InstId, ScalarType, Value};
-use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
+use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{self as text, Arguments, ComponentRef, ExprKind, Name, Variability};
 
 use crate::elaborate::Elaborator;
@@ -262,8 +262,8 @@ impl Elaborator<'_, '_> {
             _ => {
                 let message = format!("there is no `Connections.{name}`");
                 let known = ["branch", "root", "potentialRoot", "isRoot", "rooted"];
-                let help = did_you_mean(name, known);
-                self.scopes.table.report(Diagnostic::error(Code::UnknownName, message).at(span, "").maybe_help(help));
+                let error = Diagnostic::error(Code::UnknownName, message).at(span, "");
+                self.scopes.table.report(error.meant(function.parts[1].name.span, name, known));
                 return Err(Reported);
             }
         };

@@ -61,7 +61,7 @@ impl UnitReport {
 
 /// Checks the units of a flat model; `files` are the texts that its origins point into.
 pub fn check_units(flat: &FlatModel, files: &Files) -> UnitReport {
-    let mut declared = read_declared(flat);
+    let mut declared = read_declared(flat, files);
     let mut report = UnitReport { diagnostics: std::mem::take(&mut declared.diagnostics), ..Default::default() };
     let mut pass = Pass::new(flat, files, &declared, false);
     let mut faults = pass.run();

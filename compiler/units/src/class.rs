@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hyd_flat::{ConstId, FlatModel, Operand, PerElement, Target, VarId, VariableBlock};
 use hyd_index::TypedIndex;
-use hyd_source::{Code, Diagnostic, Span};
+use hyd_source::{Code, Diagnostic, Edit, Files, Span};
 use hyd_symbolic::BodyId;
 use hyd_system::ValueKind;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -35,7 +35,7 @@ pub(crate) struct Declared {
 }
 
 /// Reads the unit strings of all variables, each string once.
-pub(crate) fn read_declared(flat: &FlatModel) -> Declared {
+pub(crate) fn read_declared(flat: &FlatModel, files: &Files) -> Declared {
     let mut known: FxHashMap<Arc<str>, Option<Unit>> = FxHashMap::default();
     let mut reported: FxHashSet<(Span, Arc<str>)> = FxHashSet::default();
     let mut result = Declared {
@@ -51,7 +51,7 @@ pub(crate) fn read_declared(flat: &FlatModel) -> Declared {
             let text = text.as_ref().filter(|t| !t.is_empty())?;
             let unit = *known.entry(text.clone()).or_insert_with(|| parse_unit(text).ok());
             if unit.is_none() && reported.insert((block.origin.span, text.clone())) {
-                result.diagnostics.push(unreadable(block, text, display));
+                result.diagnostics.push(unreadable(block, text, display, files));
             }
             unit
         };
@@ -110,10 +110,10 @@ fn read_numbers(flat: &FlatModel, result: &mut Declared) {
     }
 }
 
-fn unreadable(block: &VariableBlock, text: &str, display: bool) -> Diagnostic {
-    let (reason, help) = match parse_unit(text) {
-        Err(error) => (error.reason, error.help),
-        Ok(_) => (String::new(), None),
+fn unreadable(block: &VariableBlock, text: &str, display: bool, files: &Files) -> Diagnostic {
+    let (reason, help, meant) = match parse_unit(text) {
+        Err(error) => (error.reason, error.help, error.meant),
+        Ok(_) => (String::new(), None, None),
     };
     let what = if display { "displayUnit" } else { "unit" };
     let message = format!("the {what} \"{text}\" of `{}` {reason}", block.name.element(0));
@@ -122,7 +122,29 @@ fn unreadable(block: &VariableBlock, text: &str, display: bool) -> Diagnostic {
     } else {
         Diagnostic::error(Code::UnitSyntax, message)
     };
-    diagnostic.at(block.origin.span, "declared here").maybe_help(help)
+    let diagnostic = diagnostic.at(block.origin.span, "declared here").maybe_help(help);
+    match meant.and_then(|meant| Some((written(files, block.origin.span, what, text)?, meant))) {
+        Some((span, meant)) => {
+            diagnostic.propose(format!("write `{meant}` for `{text}`"), vec![Edit { span, text: meant }])
+        }
+        None => diagnostic,
+    }
+}
+
+/// Where a declaration writes this string for an attribute, without its quotes; none where its type does.
+fn written(files: &Files, name: Span, attribute: &str, text: &str) -> Option<Span> {
+    let whole = files.text(name.file);
+    let rest = whole.get(name.end as usize..)?;
+    let rest = &rest[..rest.find(';').unwrap_or(rest.len())];
+    let quoted = format!("\"{text}\"");
+    let places = rest.match_indices(&quoted).map(|(at, _)| at);
+    let is_value = |at: &usize| {
+        let before = rest[..*at].trim_end().strip_suffix('=').map(str::trim_end);
+        let word = before.and_then(|before| before.rsplit(|c: char| !c.is_alphanumeric()).next());
+        word == Some(attribute)
+    };
+    let start = name.end as usize + places.into_iter().find(is_value)? + 1;
+    Some(Span::new(name.file, start, start + text.len()))
 }
 
 const TAG_SHIFT: u32 = 30;

@@ -23,6 +23,8 @@ pub struct UnitError {
     pub reason: String,
     /// What to write instead, if that can be guessed.
     pub help: Option<String>,
+    /// The whole string with another symbol in the place of one that does not exist, if that makes a unit of it.
+    pub meant: Option<String>,
 }
 
 /// Reads a unit string.
@@ -51,11 +53,11 @@ pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
 }
 
 fn error(reason: impl Into<String>) -> UnitError {
-    UnitError { reason: reason.into(), help: None }
+    UnitError { reason: reason.into(), help: None, meant: None }
 }
 
 fn help(reason: impl Into<String>, help: impl Into<String>) -> UnitError {
-    UnitError { reason: reason.into(), help: Some(help.into()) }
+    UnitError { reason: reason.into(), help: Some(help.into()), meant: None }
 }
 
 struct Parser<'a> {
@@ -155,9 +157,20 @@ impl<'a> Parser<'a> {
                 None => Err(error("ends where a symbol should stand")),
             };
         }
-        let unit = lookup(symbol)?;
+        let unit = lookup(symbol).map_err(|error| self.with_meant(symbol, error))?;
         let exponent = self.exponent()?;
         Unit::ONE.times(&unit, exponent).ok_or_else(too_large)
+    }
+
+    /// Adds the string that may be meant where the last symbol is not one.
+    fn with_meant(&self, symbol: &str, error: UnitError) -> UnitError {
+        let named = error.help.as_deref().and_then(|help| help.strip_prefix("did you mean `")?.split('`').next());
+        let meant = named.map(|named| {
+            let (before, behind) = (&self.text[..self.at - symbol.len()], &self.text[self.at..]);
+            format!("{before}{named}{behind}")
+        });
+        // What is wrong elsewhere, too, is not made a unit by one symbol, and has its own message then.
+        UnitError { meant: meant.filter(|meant| parse_unit(meant).is_ok()), ..error }
     }
 
     fn number(&mut self) -> Result<Unit, UnitError> {
@@ -225,7 +238,11 @@ fn lookup(text: &str) -> Result<Unit, UnitError> {
             return Ok(Unit { factor: power_of_ten(power, unit.factor), ..unit });
         }
     }
-    Err(UnitError { reason: format!("has the symbol `{text}`, which is not a unit"), help: suggestion(text) })
+    Err(UnitError {
+        reason: format!("has the symbol `{text}`, which is not a unit"),
+        help: suggestion(text),
+        meant: None,
+    })
 }
 
 /// `factor * 10^power` without the rounding of a power computed as such: kg is exactly 1.

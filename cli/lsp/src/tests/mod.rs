@@ -8,3 +8,4 @@ mod inlays;
 mod outlines;
 mod random_edits;
 mod renames;
+mod slips;

@@ -1,6 +1,6 @@
 //! Import clauses that lead nowhere, said once per class (Modelica 3.6, section 13.2.1).
 
-use hyd_source::{Code, Diagnostic, did_you_mean};
+use hyd_source::{Code, Diagnostic};
 use hyd_syntax::tree::{Ident, Import, ImportKind, Name};
 
 use crate::classes::class::{ClassId, ClassTable, imports};
@@ -53,11 +53,9 @@ impl ClassTable<'_> {
                 let Ok(shape) = self.shape(found) else { continue };
                 if !shape.by_name.contains_key(&name.name) {
                     let candidates = shape.elements.iter().map(|e| e.name.as_ref());
-                    let help = did_you_mean(&name.name, candidates);
                     let message = format!("`{}` has no element `{}` to import", self.full_name(found), name.name);
-                    self.report(
-                        Diagnostic::error(Code::UnknownClass, message).at(name.span, "not found").maybe_help(help),
-                    );
+                    let error = Diagnostic::error(Code::UnknownClass, message).at(name.span, "not found");
+                    self.report(error.meant(name.span, &name.name, candidates));
                 }
             }
         }

@@ -113,18 +113,28 @@ impl ClassTable<'_> {
         shape.is_ok_and(|shape| shape.elements.iter().any(|own| own.component && *own.name == *element))
     }
 
-    /// Adds what may be meant by `part`, which `class` does not have, to the message about it.
+    /// Adds what may be meant by `part`, which `class` does not have, to the message about it: a class before anything else.
     pub(crate) fn meant_member(&mut self, said: Diagnostic, class: ClassId, part: &Ident, last: &str) -> Diagnostic {
         let names = self.child_names(class);
         let names = || names.iter().map(|name| name.as_ref());
         match closest(&part.name, names()) {
             Some(_) => said.meant(part.span, &part.name, names()),
-            None => said.maybe_help(self.suggest_member(class, part, last)),
+            None => self.meant_inside(said, class, part, last),
         }
     }
 
-    /// What may be meant by `part`, which `class` does not have; `last` is the last name of the whole reference.
-    pub(crate) fn suggest_member(&mut self, class: ClassId, part: &Ident, last: &str) -> Option<String> {
+    /// The same of anything that can be named there; `last` is the last name of the whole reference.
+    pub(crate) fn meant_inside(&mut self, said: Diagnostic, class: ClassId, part: &Ident, last: &str) -> Diagnostic {
+        let names = self.names_inside(class);
+        let names = || names.iter().map(|name| name.as_ref());
+        match closest(&part.name, names()) {
+            Some(_) => said.meant(part.span, &part.name, names()),
+            None => said.maybe_help(self.suggest_library(last)),
+        }
+    }
+
+    /// What can be named behind the dot after a class, sorted.
+    fn names_inside(&mut self, class: ClassId) -> Vec<Name> {
         let mut names = self.child_names(class);
         if !self.is_open(class)
             && let Ok(shape) = self.shape(class)
@@ -132,8 +142,7 @@ impl ClassTable<'_> {
             names.extend(shape.elements.iter().map(|e| e.name.clone()));
         }
         names.sort_unstable();
-        let near = did_you_mean(&part.name, names.iter().map(|n| n.as_ref()));
-        near.or_else(|| self.suggest_library(last))
+        names
     }
 
     /// Classes that can be named from inside `from`: those around and those imported.
@@ -171,11 +180,10 @@ impl ClassTable<'_> {
         let mut names: Vec<Name> = words.map(Name::from).to_vec();
         names.extend(self.class_names_from(from));
         let constant = if parts.len() > 1 { self.suggest_constant(last) } else { None };
-        let help = constant
-            .or_else(|| did_you_mean(&ident.name, names.iter().map(|n| n.as_ref())))
-            .or_else(|| self.suggest_library(last));
+        let is_near = constant.is_none() && closest(&ident.name, names.iter().map(|n| n.as_ref())).is_some();
+        let help = constant.or_else(|| if is_near { None } else { self.suggest_library(last) });
         let library = "other libraries are named with `--library FOLDER`";
-        let help = help.or_else(|| (parts.len() > 1).then(|| library.to_string()));
+        let help = help.or_else(|| (parts.len() > 1 && !is_near).then(|| library.to_string()));
         let message = format!("there is no class `{}` here", ident.name);
         let mut error = Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found");
         if parts.len() > 1 && &*ident.name == "Modelica" {
@@ -186,6 +194,9 @@ impl ClassTable<'_> {
                 self.report(error);
                 return;
             }
+        }
+        if is_near {
+            error = error.meant(ident.span, &ident.name, names.iter().map(|n| n.as_ref()));
         }
         self.report(error.maybe_help(help));
     }

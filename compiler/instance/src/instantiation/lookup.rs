@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Reported, Span, did_you_mean};
+use hyd_source::{Code, Diagnostic, Reported, Span};
 use hyd_syntax::tree::{
     ClassBody, ClassKind, ComponentRef, Element, Expr, Ident, ImportKind, Name, NestedClass, Path, Variability,
 };
@@ -331,9 +331,9 @@ impl Scopes<'_> {
             }
             let last = &reference.parts[reference.parts.len() - 1].name.name;
             let message = format!("`{class}` has no element `{}`", part.name.name);
-            let help = self.table.suggest_member(local.class, &part.name, last);
-            self.table
-                .report(Diagnostic::error(Code::UnknownName, message).at(part.name.span, "not found").maybe_help(help));
+            let error = Diagnostic::error(Code::UnknownName, message).at(part.name.span, "not found");
+            let error = self.table.meant_inside(error, local.class, &part.name, last);
+            self.table.report(error);
             return Err(Reported);
         }
         Ok(Some(Resolved::Class(local)))
@@ -418,10 +418,10 @@ impl Scopes<'_> {
         match enumeration.literals.iter().position(|l| *l == part.name) {
             Some(k) if at + 1 == reference.parts.len() => Ok(Resolved::Literal(enumeration, k as u32 + 1)),
             _ => {
-                let help = did_you_mean(&part.name, enumeration.literals.iter().map(|l| l.as_ref()));
                 let message = format!("`{}` has no literal `{}`", enumeration.name, part.name);
-                self.table
-                    .report(Diagnostic::error(Code::UnknownName, message).at(part.span, "not found").maybe_help(help));
+                let error = Diagnostic::error(Code::UnknownName, message).at(part.span, "not found");
+                let literals = enumeration.literals.iter().map(|l| l.as_ref());
+                self.table.report(error.meant(part.span, &part.name, literals));
                 Err(Reported)
             }
         }

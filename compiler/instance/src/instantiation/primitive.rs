@@ -12,6 +12,7 @@ use crate::classes::modifier::{Applied, AstMod, Mods, of_child};
 use crate::classes::shape::Shape;
 use crate::instantiation::instance::{InstId, LocalClass, Primitive, ScalarType, Scope};
 use crate::instantiation::scopes::Scopes;
+use crate::instantiation::target::name_in;
 
 /// What the outermost of these modifications says of a field, if that is final.
 fn final_value(mods: &[Applied], name: &Name) -> Option<Applied> {
@@ -104,11 +105,15 @@ impl Scopes<'_> {
                         scalar.name()
                     );
                     let mut diagnostic = Diagnostic::error(Code::UnknownModifier, message);
-                    if let Some(span) = tree.span {
-                        diagnostic = diagnostic.at(span, "names nothing");
-                    }
-                    let help = did_you_mean(name, ATTRIBUTES.iter().copied());
-                    self.table.report(diagnostic.maybe_help(help));
+                    let attributes = ATTRIBUTES.iter().copied();
+                    diagnostic = match tree.span {
+                        Some(span) => {
+                            let place = name_in(&self.table.files, span, name);
+                            diagnostic.at(span, "names nothing").meant(place, name, attributes)
+                        }
+                        None => diagnostic.maybe_help(did_you_mean(name, attributes)),
+                    };
+                    self.table.report(diagnostic);
                     continue;
                 }
                 if let Some((_, outer)) = attributes.iter().find(|(known, _)| known == name) {

@@ -3,7 +3,8 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Span, did_you_mean};
+use hyd_source::{Code, Diagnostic, Files, Span, did_you_mean};
+use hyd_syntax::tokens::{Token, tokens};
 
 use crate::classes::modifier::{Applied, AstMod, Mods};
 use crate::classes::shape::Shape;
@@ -51,9 +52,7 @@ impl Scopes<'_> {
         let names = || shape.elements.iter().map(|e| e.name.as_ref());
         let diagnostic = match span {
             Some(span) => {
-                // The place is that of the whole modification, which begins with the name.
-                let is_first = self.table.files.snippet(span).starts_with(name);
-                let place = if is_first { Span { end: span.start + name.len() as u32, ..span } } else { span };
+                let place = name_in(&self.table.files, span, name);
                 diagnostic.meant(place, name, names())
             }
             None => diagnostic.maybe_help(did_you_mean(name, names())),
@@ -113,4 +112,20 @@ impl Scopes<'_> {
             );
         }
     }
+}
+
+/// The place of an element's name in the modification of it, before which may stand `each`, `final`, or the type of a redeclaration; the whole
+/// place where it is not found.
+pub(crate) fn name_in(files: &Files, whole: Span, name: &str) -> Span {
+    let text = files.snippet(whole);
+    let words: Vec<Token<'_>> = tokens(text).filter(|token| !token.is_comment()).collect();
+    let end = words.iter().position(|token| token.is_one_of(&["(", "=", ":="])).unwrap_or(words.len());
+    let redeclares = words[..end].iter().any(|token| token.is_one_of(&["redeclare", "replaceable"]));
+    let mut own = words[..end].iter().filter(|token| token.is(name));
+    // Of `redeclare A b` the type comes first, of `a.b = 1` the element.
+    let found = if redeclares { own.next_back() } else { own.next() };
+    found.map_or(whole, |token| {
+        let start = whole.start as usize + token.at;
+        Span::new(whole.file, start, start + name.len())
+    })
 }
