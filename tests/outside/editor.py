@@ -220,7 +220,7 @@ async def questions(editor, client):
         lsp.SemanticTokensRangeParams(**editor.document(ball), range=whole))
     assert 0 < len(part.data) < len(tokens.data)
     folds = await client.text_document_folding_range_async(lsp.FoldingRangeParams(**editor.document(ball)))
-    assert [(fold.start_line, fold.end_line) for fold in folds] == [(1, 8)]
+    assert [(fold.start_line, fold.end_line) for fold in folds] == [(1, 8), (6, 8)]
 
     everything = lsp.Range(lsp.Position(0, 0), lsp.Position(99, 0))
     hints = await client.text_document_inlay_hint_async(lsp.InlayHintParams(**editor.document(ball), range=everything))
