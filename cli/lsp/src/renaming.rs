@@ -279,12 +279,13 @@ fn check_meanings(
         let before = starts.get(file).map_or(0, |starts| starts.iter().filter(|&&start| start < at).count());
         at.saturating_add_signed(grown * before as isize)
     };
+    let names = [wanted.name.as_str(), new_name];
     let mut now = Vec::new();
     for path in files {
         if !go_on() {
             return Err(GIVEN_UP.into());
         }
-        now.push(senses(session, path, &moved));
+        now.push(senses(session, path, names, &moved));
     }
     let kept = session.documents.clone();
     for path in files {
@@ -300,7 +301,7 @@ fn check_meanings(
         if !go_on() {
             return Err(GIVEN_UP.to_string());
         }
-        let then = senses(session, path, &|_, at| at);
+        let then = senses(session, path, names, &|_, at| at);
         compare(path, now, &then, (wanted, new_name))
     });
     session.documents = kept;
@@ -325,12 +326,13 @@ fn compare(path: &Path, now: &[Told], then: &[Told], (wanted, new_name): (&Wante
     })
 }
 
-/// What all names of a text tell; `moved`: where a place of a file will be.
-fn senses(session: &mut Session, path: &Path, moved: &dyn Fn(&str, usize) -> usize) -> Vec<Told> {
+/// What the names of a text tell that are one of `names` or stand behind one of them; `moved`: where a place of a file will be.
+fn senses(session: &mut Session, path: &Path, names: [&str; 2], moved: &dyn Fn(&str, usize) -> usize) -> Vec<Told> {
     let Some(text) = session.text(path) else { return Vec::new() };
     session.ask(path, &text, |question| {
         let ids = question.ids.clone();
-        let places = std::mem::take(&mut question.names.places);
+        let mut places = std::mem::take(&mut question.names.places);
+        places.retain(|place| concerns(place, names));
         let tell = |place: &Place| {
             let meaning = question.table.meaning(place, &ids);
             let words = meaning.as_ref().map_or_else(String::new, |meaning| told(question, meaning));
@@ -347,6 +349,19 @@ fn senses(session: &mut Session, path: &Path, moved: &dyn Fn(&str, usize) -> usi
         };
         places.iter().map(tell).collect()
     })
+}
+
+/// True where a name or what leads to it is one of these: nothing else can change its meaning.
+fn concerns(place: &Place, names: [&str; 2]) -> bool {
+    let is_one = |ident: &Ident| names.contains(&&*ident.name);
+    is_one(&place.ident)
+        || match &place.purpose {
+            Purpose::Class(part) => part.path.parts.iter().take(part.at).any(is_one),
+            Purpose::Reference(part) => part.parts.iter().take(part.at).any(is_one),
+            Purpose::Modifier(modifier) => modifier.of.path.parts.iter().chain(&*modifier.chain).any(is_one),
+            Purpose::Argument { function } => function.parts.iter().any(is_one),
+            _ => false,
+        }
 }
 
 fn clash(question: &Question<'_>, place: &Place, new_name: &str, words: &str) -> String {
