@@ -3,7 +3,6 @@
 use hyd_instance::Builtin;
 use hyd_instance::class::elements;
 use hyd_instance::meaning::{Kind, KindClass, Meaning, Member, Visible};
-use hyd_instance::shape::is_builtin;
 use hyd_instance::{ClassId, class::nested_classes};
 use hyd_syntax::print_expr;
 use hyd_syntax::tree::{ClassKind, Element, ExprKind, Name, Variability};
@@ -13,9 +12,10 @@ use lsp_types::{
 };
 
 use crate::annotations;
-use crate::context::{self, Context, Head, Slot, Text, context};
+use crate::context::{Context, Head, Slot, Text, context};
 use crate::documents::Document;
 use crate::hover::prefixes;
+use crate::modifiers::{STATE_SELECT, inside_of, literals, modified, modifiers, replaceable};
 use crate::session::{Question, Session};
 
 /// Units that people write often; any product of powers of these is one, too.
@@ -73,9 +73,6 @@ pub(crate) const UNITS: [&str; 52] = [
     "kg.m2",
     "m3/Pa",
 ];
-const ATTRIBUTES: [&str; 9] =
-    ["unit", "displayUnit", "start", "fixed", "min", "max", "nominal", "stateSelect", "quantity"];
-const STATE_SELECT: [&str; 5] = ["never", "avoid", "default", "prefer", "always"];
 const KEYWORDS: [&str; 33] = [
     "model",
     "block",
@@ -210,7 +207,7 @@ fn unit_of(question: &mut Question<'_>, class: Option<ClassId>, of: &Head) -> Op
 }
 
 /// What the names before the dot mean, one inside the other.
-fn resolve(question: &mut Question<'_>, class: Option<ClassId>, chain: &[String]) -> Option<Meaning> {
+pub(crate) fn resolve(question: &mut Question<'_>, class: Option<ClassId>, chain: &[String]) -> Option<Meaning> {
     let (first, rest) = chain.split_first()?;
     let table = &mut question.table;
     table.quietly(|table| {
@@ -263,7 +260,7 @@ fn inside_class(question: &mut Question<'_>, class: ClassId) -> Vec<CompletionIt
 }
 
 /// The elements of a class that can be named from outside; from inside all.
-fn elements_of(question: &mut Question<'_>, class: ClassId, inside: bool) -> Vec<CompletionItem> {
+pub(crate) fn elements_of(question: &mut Question<'_>, class: ClassId, inside: bool) -> Vec<CompletionItem> {
     let mut found = Vec::new();
     for element in question.table.elements_of(class) {
         match element {
@@ -281,7 +278,7 @@ fn elements_of(question: &mut Question<'_>, class: ClassId, inside: bool) -> Vec
     found
 }
 
-fn component_item(question: &mut Question<'_>, member: &Member) -> CompletionItem {
+pub(crate) fn component_item(question: &mut Question<'_>, member: &Member) -> CompletionItem {
     let component = &member.component;
     let class: Vec<&str> = component.class.parts.iter().map(|part| &*part.name).collect();
     let unit = question.table.given(member, Some("unit")).map(|unit| print_expr(&unit.value));
@@ -298,7 +295,7 @@ fn component_item(question: &mut Question<'_>, member: &Member) -> CompletionIte
     CompletionItem { documentation, ..plain(&component.name.name, kind, Some(detail)) }
 }
 
-fn class_kind(kind: ClassKind) -> CompletionItemKind {
+pub(crate) fn class_kind(kind: ClassKind) -> CompletionItemKind {
     match kind {
         ClassKind::Package => CompletionItemKind::MODULE,
         ClassKind::Function | ClassKind::Operator => CompletionItemKind::FUNCTION,
@@ -345,132 +342,6 @@ fn classes(question: &mut Question<'_>, class: Option<ClassId>) -> Vec<Completio
 fn once(found: Vec<CompletionItem>) -> Vec<CompletionItem> {
     let mut seen = std::collections::HashSet::new();
     found.into_iter().filter(|item| seen.insert(item.label.clone())).collect()
-}
-
-fn modifiers(
-    question: &mut Question<'_>,
-    class: Option<ClassId>,
-    path: &[String],
-    chain: &[String],
-) -> Vec<CompletionItem> {
-    let attributes = || ATTRIBUTES.map(|name| plain(name, CompletionItemKind::PROPERTY, None)).into();
-    if is_predefined(path) {
-        return attributes();
-    }
-    let Some(class) = modified(question, class, path, chain).and_then(|meaning| inside_of(question, &meaning)) else {
-        return Vec::new();
-    };
-    let class = match class {
-        KindClass::Class(class) if question.table.builtin_of(class).is_none() => class,
-        _ => return attributes(),
-    };
-    let mut found = elements_of(question, class, false);
-    // What is given most often comes first.
-    for item in &mut found {
-        let rank = if item.kind == Some(CompletionItemKind::PROPERTY) { 0 } else { 1 };
-        item.sort_text = Some(format!("{rank}{}", item.label));
-    }
-    for word in ["redeclare", "each", "final"] {
-        let item = plain(word, CompletionItemKind::KEYWORD, None);
-        found.push(CompletionItem { sort_text: Some(format!("2{word}")), ..item });
-    }
-    found
-}
-
-fn is_predefined(path: &[String]) -> bool {
-    matches!(path, [only] if is_builtin(only))
-}
-
-/// What a list modifies.
-fn modified(question: &mut Question<'_>, class: Option<ClassId>, path: &[String], chain: &[String]) -> Option<Meaning> {
-    let start = resolve(question, class, path)?;
-    chain.iter().try_fold(start, |outer, name| {
-        let KindClass::Class(of) = inside_of(question, &outer)? else { return None };
-        question.table.quietly(|table| table.member(of, &Name::from(name.as_str()), &[]))
-    })
-}
-
-/// The class whose elements something has.
-fn inside_of(question: &mut Question<'_>, what: &Meaning) -> Option<KindClass> {
-    match what {
-        Meaning::Class(class) => Some(KindClass::Class(*class)),
-        Meaning::Component(member) => question.table.kind_of(member).map(|kind| kind.class),
-        Meaning::Type(name) => Some(KindClass::Builtin(name.clone())),
-        _ => None,
-    }
-}
-
-/// Values that the element of a modified class can have: literals of an enumeration, truth values.
-fn literals(
-    question: &mut Question<'_>,
-    class: Option<ClassId>,
-    (path, chain): (&[String], &[String]),
-    name: &str,
-) -> Vec<CompletionItem> {
-    let value = |label: &str| plain(label, CompletionItemKind::ENUM_MEMBER, None);
-    let truths = || ["true", "false"].map(value).to_vec();
-    let of = modified(question, class, path, chain);
-    let inside = of.and_then(|of| inside_of(question, &of));
-    let is_attribute = match &inside {
-        _ if is_predefined(path) => true,
-        Some(KindClass::Class(class)) => question.table.builtin_of(*class).is_some(),
-        Some(KindClass::Builtin(_)) => true,
-        None => false,
-    };
-    let inside = match inside {
-        Some(KindClass::Class(inside)) if !is_attribute => inside,
-        _ => {
-            return match name {
-                "stateSelect" if is_attribute => {
-                    STATE_SELECT.iter().map(|literal| value(&format!("StateSelect.{literal}"))).collect()
-                }
-                "fixed" if is_attribute => truths(),
-                _ => Vec::new(),
-            };
-        }
-    };
-    let member = question.table.quietly(|table| table.member(inside, &Name::from(name), &[]));
-    let Some(Meaning::Component(member)) = member else { return Vec::new() };
-    match question.table.kind_of(&member).map(|kind| kind.class) {
-        Some(KindClass::Builtin(name)) if &*name == "Boolean" => truths(),
-        Some(KindClass::Class(class)) => {
-            let Some((listed, literals)) = question.table.literals_of(class) else { return Vec::new() };
-            let full = question.table.full_name(listed);
-            literals.iter().map(|literal| value(&format!("{full}.{literal}"))).collect()
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// Elements of a modified class that can be redeclared.
-fn replaceable(
-    question: &mut Question<'_>,
-    class: Option<ClassId>,
-    (path, chain): (&[String], &[String]),
-    wanted: context::Element,
-) -> Vec<CompletionItem> {
-    let of = modified(question, class, path, chain).and_then(|of| inside_of(question, &of));
-    let Some(KindClass::Class(of)) = of else { return Vec::new() };
-    let mut found = Vec::new();
-    for element in question.table.elements_of(of) {
-        match (element, wanted) {
-            (Visible::Component(member), context::Element::Component) if member.component.prefixes.replaceable => {
-                found.push(component_item(question, &member));
-            }
-            (Visible::Class(name, id), context::Element::Class) => {
-                let (def, parent) = (question.table.class(id).def.clone(), question.table.class(id).parent);
-                let around = parent.map(|parent| question.table.class(parent).def.clone());
-                let is_replaceable = around.is_some_and(|around| {
-                    nested_classes(&around).any(|own| own.class.name.name == name && own.prefixes.replaceable)
-                });
-                if is_replaceable {
-                    found.push(plain(&name, class_kind(def.kind), def.description.as_deref().map(str::to_string)));
-                }
-            }
-            _ => {}
-        }
-    }
-    found
 }
 
 /// How deep a component is looked into for connectors.

@@ -23,6 +23,7 @@ mod hover;
 mod lenses;
 mod lines;
 mod math;
+mod modifiers;
 mod predefined;
 mod references;
 mod renaming;
