@@ -69,7 +69,9 @@ impl Core {
                 exchange.outputs(&mut self.system, row).map_err(|error| Fault::discard(&error))?;
             }
             Engine::Stepping(steps) => {
-                steps.outputs(&mut self.system, self.at, row).map_err(|error| Fault::discard(&error))?;
+                // Nobody tries points here: what has no value is worth a message.
+                let failed = |error| Fault { harmless: true, ..Fault::end(&error) };
+                steps.outputs(&mut self.system, self.at, row).map_err(failed)?;
             }
             Engine::None => return Err(Fault::usage("the start has not been found")),
         }

@@ -140,7 +140,7 @@ const NEW: &str = "cart.mo
 Shop.Cart
   + model
   + description: rolls
-  + Hyd.Translational.Components: *
+  + import Hyd.Translational.Components: *
   + Mass body
   + HousingDamper damper
   + parameter Real m
