@@ -12,11 +12,14 @@ use hyd_fmi::{Bounds, End, Facts, KnownUnit, Parts, Terminal, Version, describe,
 use hyd_payload::{Backend, Loaded, Model, executable, format};
 use hyd_results::write_whole;
 use hyd_symbolic::Node;
-use hyd_system::DaeSystem;
+use hyd_system::{DaeSystem, Settable};
 
 use crate::arguments::{Build, FmiVersion};
 use crate::build::{Prebuilt, not_written, translated};
 use crate::{Failure, output};
+
+/// Parameters that a note names.
+const MOST_FIXED: usize = 5;
 
 const LIBRARY: Prebuilt = Prebuilt {
     file: if cfg!(windows) {
@@ -79,6 +82,9 @@ pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failur
         let note = format!("inputs that are not of type Real are parameters of the unit: {}", kept.join(", "));
         output::sentence("note", &note, arguments.model.message_format);
     }
+    if let Some(note) = fixed_parameters(&payload) {
+        output::sentence("note", &note, arguments.model.message_format);
+    }
     let kinds = if exchange { "model exchange and co-simulation" } else { "co-simulation" };
     output::print(&match arguments.json {
         true => format!(
@@ -93,6 +99,20 @@ pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failur
             archive.len() >> 10
         ),
     })
+}
+
+/// A sentence on the parameters that others cannot set, because the translation has used them; none where there are none.
+fn fixed_parameters(payload: &Model) -> Option<String> {
+    let fixed = payload.tables.variables.iter().filter(|info| info.settable == Settable::Structural && !info.protected);
+    let names: Vec<String> = fixed.map(|info| format!("`{}`", info.name.parts[0].0)).collect();
+    let shown = names.get(..MOST_FIXED.min(names.len())).filter(|shown| !shown.is_empty())?.join(", ");
+    let more = match names.len().saturating_sub(MOST_FIXED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    Some(format!(
+        "fixed in the unit, because they decide sizes or structure: {shown}{more}; `hyd build --set NAME=VALUE` makes a unit with other values"
+    ))
 }
 
 /// Inputs that stay parameters.

@@ -1,5 +1,7 @@
-"""Opens the pages that hyd writes in a headless Chromium: they draw, answer to the mouse and ask nothing of a network."""
+"""Opens the pages that hyd writes in a headless Chromium: they draw, answer to the mouse, ask nothing of a network, and axe (accessibility, by Deque) finds
+nothing serious in them."""
 
+import importlib.resources
 import json
 import pathlib
 import shutil
@@ -12,6 +14,7 @@ HYD, WORK = str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(sys.argv[2]).
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
              "--disable-component-update", "--disable-sync"]
+AXE = importlib.resources.files("axe_playwright_python") / "axe.min.js"
 # Effects that stay in the search, so that it is short.
 KEPT = {"ChamberLeakage", "PistonFriction", "SensorLag"}
 
@@ -73,6 +76,38 @@ def open_page(browser, path):
     page.on("request", lambda request: asked.append(request.url))
     page.goto(path.as_uri())
     return page, wrong, asked
+
+
+def accessible(browser, path):
+    """axe with everything open, light and wide, dark and narrow."""
+    for scheme, width in (("light", 1500), ("dark", 500)):
+        context = browser.new_context(viewport={"width": width, "height": 1100}, color_scheme=scheme, bypass_csp=True)
+        page = context.new_page()
+        page.goto(path.as_uri())
+        page.evaluate("document.querySelectorAll('details').forEach((own) => { own.open = true; })")
+        page.wait_for_timeout(300)
+        page.evaluate(AXE.read_text())
+        found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")["violations"]
+        serious = [(own["id"], own["nodes"][0]["html"][:200]) for own in found if own["impact"] in ("serious", "critical")]
+        check(not serious, f"axe in {path.name} at {width} pixels: {serious}")
+        context.close()
+
+
+def check_library(browser):
+    """The page of a library: words of a description find its class, and what opens is not inside of what leads elsewhere."""
+    path = WORK / "library.html"
+    run("doc", ROOT / "models/single_acting_drive", "--no-pictures", "-o", path)
+    page, wrong, asked = open_page(browser, path)
+    page.fill("#find", "power stage in place")
+    shown = page.locator("nav a:visible").all_inner_texts()
+    check("PeakAndHold" in shown and "DrivePaper" not in shown, f"found by its description: {shown}")
+    page.fill("#find", "")
+    page.locator("nav summary").nth(1).click()
+    check(page.locator("nav details[open]").count() == 2, "a package opens")
+    page.screenshot(path=WORK / "library.png")
+    check(not wrong, f"errors in the page: {wrong}")
+    check(all(url.startswith(("file:", "data:")) for url in asked), f"the page asked for {asked}")
+    accessible(browser, path)
 
 
 def check_report(browser, path):
@@ -170,8 +205,12 @@ with sync_playwright() as play:
     check(program, "a Chromium is installed")
     browser = play.chromium.launch(executable_path=program, args=ARGUMENTS)
     check_equations(browser)
+    accessible(browser, WORK / "equations.html")
     check_profile(browser)
+    accessible(browser, WORK / "profile.html")
+    check_library(browser)
     check_report(browser, report())
+    accessible(browser, WORK / "leak" / "report.html")
     check_without_name(browser, report("no_leak", KEPT - {"ChamberLeakage"}))
     browser.close()
 print("pages in a browser: as they should be")

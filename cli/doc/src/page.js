@@ -20,3 +20,6 @@
     for (const item of tree.children) show(item, wanted);
   });
 })();
+
+// What is wider than its place is scrolled by keys, too.
+for (const wide of document.querySelectorAll(".equation, .when")) if (wide.scrollWidth > wide.clientWidth) wide.tabIndex = 0;

@@ -331,6 +331,10 @@ impl Model {
         })?;
         let driven = driven.to_vec();
         let flat = compilation.flat.as_deref();
+        let start = flat.and_then(|flat| flat.experiment.start).unwrap_or(0.0);
+        if let Some(stop) = chosen.stop.filter(|stop| !(*stop > start && stop.is_finite())) {
+            return Err(Failure::Usage(format!("--stop {stop}: a run begins at {start} s")));
+        }
         let joined = flat.map_or(Ok(None), |flat| Joined::open(flat, chosen.libraries, chosen.host))?;
         Ok(Self {
             file: file.to_path_buf(),

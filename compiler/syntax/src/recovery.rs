@@ -4,7 +4,7 @@
 //! rule fails, and what it would have accepted there, becomes the message.  Frequent slips get a hint.  A missing `;` is
 //! found without a second parse: the item is complete and a word follows.
 
-use hyd_source::{Diagnostic, Span, did_you_mean};
+use hyd_source::{Diagnostic, Edit, Span, did_you_mean};
 
 use crate::build::Builder;
 use crate::build_code::BlockKind;
@@ -163,13 +163,19 @@ impl<'t> Builder<'t> {
         if !found.is_empty() {
             diagnostic = diagnostic.with(next, "this begins something new");
         }
-        if same_line && after_number && !found.is_empty() && !is_keyword(found) {
+        let is_product = same_line && after_number && !found.is_empty() && !is_keyword(found);
+        if is_product {
             diagnostic = diagnostic.help("multiplication is written with `*`");
         }
         // `parametr Real k` reads as a type, a name, and something new.
         let first = self.token(node.as_span().start());
         let words = PREFIX_WORDS.into_iter().chain(CLASS_WORDS).chain(["extends", "import", "equation", "algorithm"]);
-        diagnostic = diagnostic.maybe_help(did_you_mean(first, words).filter(|_| same_line && !is_keyword(first)));
+        let misspelt = did_you_mean(first, words).filter(|_| same_line && !is_keyword(first));
+        if !is_product && misspelt.is_none() {
+            let edit = Edit { span, text: ";".to_string() };
+            diagnostic = diagnostic.propose(format!("write `;` after {what}"), vec![edit]);
+        }
+        diagnostic = diagnostic.maybe_help(misspelt);
         self.report(diagnostic);
         self.recovered = same_line || found.is_empty();
         true

@@ -36,6 +36,23 @@ fn a_ground_is_put_in() {
     assert!((summary["final"]["lamp.i"].as_f64().unwrap() - 2.0).abs() < 1e-9, "{}", lamp.stdout);
 }
 
+/// Where an operator or a keyword may be meant, nothing is written.
+#[test]
+fn a_missing_semicolon_is_written() {
+    let folder = Scratch::new();
+    let text = "model Swing\n  Real x(start = 1, fixed = true)\n  Real v(start = 0, fixed = true); // rate\nequation\n  der(x) = v // here\n  der(v) = -x;\nend Swing;\n";
+    folder.write("swing.hyd", text);
+    let outcome = run(folder.path(), &["check", "swing.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let healed = text.replace("true)\n", "true);\n").replace("= v // here", "= v; // here");
+    assert_eq!(folder.read("swing.hyd"), healed);
+    for text in ["model M\n  Real x = 2 time;\nend M;\n", "model M\n  parametr Real k = 2;\nend M;\n"] {
+        folder.write("open.hyd", text);
+        assert_eq!(run(folder.path(), &["check", "open.hyd", "--fix"]).code, Some(1), "{text}");
+        assert_eq!(folder.read("open.hyd"), text);
+    }
+}
+
 #[test]
 fn where_nothing_is_proposed_nothing_is_written() {
     let folder = Scratch::new();

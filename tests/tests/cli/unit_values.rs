@@ -227,6 +227,18 @@ fn the_structure_names_the_time_and_no_feedthrough_of_states() {
     assert!(outputs.is_some_and(|own| own.contains("dependencies=\"")), "{outputs:?}");
 }
 
+/// What the translation has used cannot be set in the unit, which is said when it is made.
+#[test]
+fn parameters_that_decide_sizes_are_named() {
+    let folder = Scratch::new();
+    let text = "model M\n  parameter Integer n = 2;\n  parameter Real k = 1;\n  Real x[n](each start = 1, each fixed = true);\nequation\n  der(x) = -k*x;\nend M;\n";
+    fs::write(folder.path().join("m.hyd"), text).expect("written");
+    let run = hyd(folder.path(), &["build", "m.hyd", "--fmu", "3.0", "-o", "m.fmu"]);
+    let said = String::from_utf8_lossy(&run.stderr);
+    let note = "note: fixed in the unit, because they decide sizes or structure: `n`; `hyd build --set NAME=VALUE`";
+    assert!(run.status.success() && said.contains(note), "{said}");
+}
+
 /// Of two entries of one name an archive's reader sees one: which one was meant nobody knows.
 #[test]
 fn an_entry_that_stands_twice_is_refused() {

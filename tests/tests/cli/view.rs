@@ -150,7 +150,7 @@ fn mistakes_end_in_words() {
     folder.write("empty.csv", "time,x\n");
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
-    let cases: [(&[&str], u8, &str); 12] = [
+    let cases: [(&[&str], u8, &str); 13] = [
         (&["none.hyd"], 1, "there is no file `none.hyd`"),
         (&["none.csv"], 1, "there is no file `none.csv`"),
         (&["wrong.hyd"], 1, "unknown name `y`"),
@@ -161,6 +161,7 @@ fn mistakes_end_in_words() {
         (&["decay.hyd", "unit.fmu"], 2, "a unit of another tool comes first"),
         (&["notes.txt"], 2, "models end in .hyd or .mo"),
         (&["decay.hyd", "--set", "kk=2", "--output", "p.html"], 1, "did you mean `k`?"),
+        (&["decay.hyd", "--stop", "-1", "--output", "p.html"], 2, "--stop -1: a run begins at 0 s"),
         (&["run.csv", "--output", "run.csv"], 2, "which this command reads"),
         (&["run.csv", "--port", &port], 1, "is taken by another program"),
     ];
