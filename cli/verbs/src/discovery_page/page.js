@@ -176,7 +176,7 @@ function text() {
 function change() {
   if (!R.change) return;
   const lines = R.change.trimEnd().split("\n").map((line) => `<div class="added">+ ${safe(line)}</div>`).join("");
-  section("What was added to the model", `<pre>${lines}</pre>`,
+  section("What was added to the model", `<pre tabindex="0">${lines}</pre>`,
     { wide: true, note: "The whole model stands in <code>discovered.hyd</code> and runs by itself." });
 }
 
