@@ -74,7 +74,7 @@ pub(crate) fn inside_of(question: &mut Question<'_>, what: &Meaning) -> Option<K
     }
 }
 
-/// Values that the element of a modified class can have: literals of an enumeration, truth values.
+/// Values that the element of a modified class can have: literals of an enumeration, `true` and `false`.
 pub(crate) fn literals(
     question: &mut Question<'_>,
     class: Option<ClassId>,

@@ -96,7 +96,8 @@ impl Reader<'_> {
     /// What a span says: its tokens with a blank between them, comments left out.
     fn said(&self, span: Span) -> String {
         let part = self.text.get(span.start as usize..span.end as usize).unwrap_or_default();
-        tight(&words(part))
+        let words: Vec<&str> = tokens(part).filter(|token| !token.is_comment()).map(|token| token.text).collect();
+        tight(&words)
     }
 
     fn class(&self, class: &Arc<ClassDef>, within: &str, found: &mut BTreeMap<String, Facts>) {
@@ -229,7 +230,7 @@ impl Reader<'_> {
     /// The values that a modification gives, each by the name of what it modifies.
     fn modified(&self, modification: &Modification, name: &str, add: &mut impl FnMut(Kind, String, String)) {
         if let Some(binding) = &modification.binding {
-            add(Kind::Value, name.to_string(), tight(&words(&print_expr(binding))));
+            add(Kind::Value, name.to_string(), print_expr(binding));
         }
         for argument in &modification.arguments {
             let joined = |own: &str| if name.is_empty() { own.to_string() } else { format!("{name}.{own}") };
@@ -294,9 +295,9 @@ fn prefixes(own: &hyd_syntax::tree::ElementPrefixes) -> Vec<String> {
     all.iter().filter(|(is, _)| *is).map(|(_, word)| (*word).to_string()).collect()
 }
 
-/// The tokens of a text without comments; numbers by what they are, however they are written.
-fn words(text: &str) -> Vec<Cow<'_, str>> {
-    tokens(text).filter(|token| !token.is_comment()).map(|token| number(token.text)).collect()
+/// What a fact says with numbers by what they are, however they are written: what two texts are compared by.
+pub(super) fn compared(says: &str) -> String {
+    tokens(says).map(|token| number(token.text)).collect::<Vec<_>>().join(" ")
 }
 
 /// `1.0` and `1` are one number, as are `1e5` and `100000`; other tokens stay.
@@ -312,14 +313,14 @@ fn number(token: &str) -> Cow<'_, str> {
 }
 
 /// Tokens as one writes them in a line.
-fn tight(words: &[Cow<'_, str>]) -> String {
+fn tight(words: &[&str]) -> String {
     let mut text = String::new();
-    for (k, word) in words.iter().map(AsRef::as_ref).enumerate() {
-        let before = k.checked_sub(1).map(|k| words[k].as_ref());
-        let is_tight = matches!(word, "(" | ")" | "," | ";" | "." | "[" | "]" | "^" | "*" | "/" | "}" | ":")
+    for (k, word) in words.iter().enumerate() {
+        let before = k.checked_sub(1).map(|k| words[k]);
+        let is_tight = matches!(*word, "(" | ")" | "," | ";" | "." | "[" | "]" | "^" | "*" | "/" | "}" | ":")
             || matches!(before, None | Some("(" | "." | "[" | "^" | "*" | "/" | "{" | ":"));
         // A bracket that does not belong to a name stands apart.
-        let is_apart = word == "("
+        let is_apart = *word == "("
             && matches!(before, Some("=" | "+" | "-" | "then" | "else" | "and" | "or" | "not" | "if" | "in"));
         if !is_tight || is_apart {
             text.push(' ');

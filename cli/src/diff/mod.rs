@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use self::facts::{Facts, Kind, facts};
+use self::facts::{Facts, Kind, compared, facts};
 use crate::arguments::Diff;
 use crate::{Failure, output};
 use hyd_results::write_whole;
@@ -153,16 +153,22 @@ fn changes(before: &BTreeMap<String, Facts>, after: &BTreeMap<String, Facts>) ->
             (Some(before), Some(after)) => {
                 let keys: BTreeSet<&(Kind, String)> = before.keys().chain(after.keys()).collect();
                 for key in keys {
-                    let says = |facts: &Facts| facts.get(key).cloned().unwrap_or_default();
+                    let says = |facts: &Facts| -> Vec<(String, String)> {
+                        let list = facts.get(key).into_iter().flatten();
+                        list.map(|own| (own.clone(), compared(own))).collect()
+                    };
                     let (mut gone, mut new) = (says(before), says(after));
                     // What is said on both sides, as often as it is.
-                    gone.retain(|own| match new.iter().position(|other| other == own) {
+                    gone.retain(|own| match new.iter().position(|other| other.1 == own.1) {
                         Some(place) => {
                             new.remove(place);
                             false
                         }
                         None => true,
                     });
+                    let written =
+                        |list: Vec<(String, String)>| -> Vec<String> { list.into_iter().map(|own| own.0).collect() };
+                    let (gone, new) = (written(gone), written(new));
                     let (kind, name) = key;
                     if let ([before], [after]) = (&gone[..], &new[..])
                         && !name.is_empty()

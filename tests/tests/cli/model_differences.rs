@@ -130,6 +130,10 @@ fn numbers_are_what_they_are() {
     folder.write("b.mo", text.replace("= 1)", "= 1.0)").replace("2*", "2.0*").replace("1e5", "100000"));
     let outcome = run(folder.path(), &["diff", "a.mo", "b.mo"]);
     assert_eq!((outcome.code, outcome.stdout.as_str()), (Some(0), "the models are the same\n"), "{}", outcome.stderr);
+    // What changed is shown as it is written.
+    folder.write("b.mo", text.replace("1e5", "20e6"));
+    let outcome = run(folder.path(), &["diff", "a.mo", "b.mo"]);
+    assert_eq!(outcome.stdout, "A\n  - der(y) = - 1e5*x\n  + der(y) = - 20e6*x\n");
     folder.write("b.mo", text.replace("2*", "9007199254740993*"));
     folder.write("c.mo", text.replace("2*", "9007199254740992*"));
     assert_eq!(run(folder.path(), &["diff", "b.mo", "c.mo"]).code, Some(1));

@@ -77,7 +77,7 @@ fn an_assertion_ends_the_step_in_which_it_stops_to_hold() {
     fmi3::fmi3FreeInstance(tank);
 }
 
-/// The square root of a negative number is no value, whoever integrates.
+/// A square root of a negative number ends a run, whoever integrates.
 #[test]
 fn outputs_without_a_value_are_told() {
     let text = "model Root
