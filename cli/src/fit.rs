@@ -1,6 +1,6 @@
 //! `hyd fit STUDY.toml --bench SET.json`: what may be off, fitted to the shots, and what is left.
 
-use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit as fitted};
+use hyd_verbs::fit::{FitOptions, fit as fitted};
 use hyd_verbs::study::open;
 
 use crate::arguments::Fit;
@@ -19,5 +19,5 @@ pub(crate) fn fit(arguments: &Fit) -> Result<(), Failure> {
     };
     let found = fitted(&opened, &options, &terminal)?;
     output::print(&if arguments.json { format!("{}\n", found.json) } else { found.text })?;
-    if found.converged { Ok(()) } else { Err(Failure::Solver(UNCONVERGED.to_string())) }
+    found.unconverged.map_or(Ok(()), |sentence| Err(Failure::Solver(sentence)))
 }

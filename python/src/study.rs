@@ -8,7 +8,7 @@ use hyd_run::Failure;
 use hyd_verbs::Libraries;
 use hyd_verbs::discover::{SearchOptions, discover};
 use hyd_verbs::discovery_shared::SharedSearch;
-use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit};
+use hyd_verbs::fit::{FitOptions, fit};
 use hyd_verbs::next::{NextOptions, next};
 use hyd_verbs::share_out::Sharing;
 use hyd_verbs::study::{Opened, StudyFiles, open};
@@ -97,11 +97,10 @@ impl Study {
         let options = FitOptions { seed, profile, write_parameters, report };
         let (found, mut messages) =
             work(py, (&opened, Vec::new()), progress.as_ref(), |kept| fit(&opened, &options, kept))?;
-        if !found.converged {
-            messages.push(Message::sentence(hyd_compiler::Severity::Warning, UNCONVERGED));
-        }
+        let converged = found.unconverged.is_none();
+        messages.extend(found.unconverged.map(|said| Message::sentence(hyd_compiler::Severity::Warning, &said)));
         let said = warnings(py, &messages)?;
-        Ok((found.text, found.json.to_string(), found.parameters, found.converged, said))
+        Ok((found.text, found.json.to_string(), found.parameters, converged, said))
     }
 
     /// Proposes shots; gives text, JSON and warnings.

@@ -21,8 +21,8 @@ const ERRORS: f64 = 1.96;
 const OF_CONDITION: &str = "% of its condition";
 
 /// The message on values that are not a minimum.
-pub const UNCONVERGED: &str = "the fit has not converged: the values are where it was given up, and their errors mean little; try another --seed \
-                               or narrower tolerances";
+const UNCONVERGED: &str = "the fit has not converged: the values are where it was given up, and their errors mean little; try another --seed \
+                           or narrower tolerances";
 
 /// How a fit is done, and what is asked of it.
 #[derive(Clone, Debug)]
@@ -46,8 +46,8 @@ pub struct Fitted {
     pub json: Value,
     /// The parameters as fitted, with the conditions of the first fitted shot, as a file of parameters.
     pub parameters: String,
-    /// Whether the values are a minimum.
-    pub converged: bool,
+    /// Why the values are not a minimum, if they are not.
+    pub unconverged: Option<String>,
 }
 
 /// What came out.
@@ -110,7 +110,14 @@ pub fn fit(opened: &Opened, options: &FitOptions, listener: &dyn Listener) -> Re
         let report = FittedReport::of(&problem, setup, (&outcome.train, outcome.held_out.as_ref()));
         text += &fit_report::write(folder, setup, &report, (&json, &parameters))?;
     }
-    Ok(Fitted { text, json, parameters, converged: outcome.found.converged })
+    let unconverged = match (&outcome.found.wall, outcome.found.converged) {
+        (Some(wall), _) => Some(format!(
+            "the fit has not converged: beyond its values, whose errors mean little, the model does not run: {wall}"
+        )),
+        (None, false) => Some(UNCONVERGED.to_string()),
+        (None, true) => None,
+    };
+    Ok(Fitted { text, json, parameters, unconverged })
 }
 
 impl Outcome<'_> {
@@ -139,7 +146,8 @@ impl Outcome<'_> {
             json!({"name": name, "low": own.interval.0, "high": own.interval.1, "points": own.points, "lower_found": own.lower_found})
         });
         json!({
-            "set": self.setup.bench.name, "misfit": self.ratio, "cost": found.cost, "converged": found.converged,
+            "set": self.setup.bench.name, "misfit": self.ratio, "cost": found.cost, "converged": found.converged && found.wall.is_none(),
+            "does_not_run": found.wall,
             "gap": {"train": {"all": self.train.all, "channels": channels(&self.train)},
                 "heldout": self.held_out.as_ref().map(|gap| json!({"all": gap.all, "channels": channels(gap)}))},
             "unknowns": unknowns.collect::<Vec<_>>(), "attempts": attempts.collect::<Vec<_>>(),

@@ -168,6 +168,7 @@ mod tests {
             steps: 0,
             jacobian: None,
             fresh: true,
+            wall: None,
         };
         let (values, errors, left) = smoothest(&fit, &jacobian, &corners, rows as f64).unwrap();
         assert!(misfit > 10.0 * rows as f64 && left < 1.2 * rows as f64, "{misfit} {left}");

@@ -167,6 +167,7 @@ mod tests {
             steps: 0,
             jacobian: Some(Jacobian::new(DMatrix::zeros(3, 1), vec![0])),
             fresh: true,
+            wall: None,
         };
         let projection = Projection::new(&fit).expect("a Jacobian");
         // Residuals grow with this signature, so that its amplitude should be negative.
@@ -218,6 +219,7 @@ mod tests {
             steps: 0,
             jacobian: Some(Jacobian::new(DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
             fresh: true,
+            wall: None,
         };
         let projection = Projection::new(&fit).expect("a Jacobian");
         assert!(projection.score(&effect, (0.0, 9.0)).gain < 0.01);
@@ -250,6 +252,7 @@ mod tests {
             steps: 0,
             jacobian: Some(Jacobian::new(DMatrix::from_columns(std::slice::from_ref(&nuisance)), vec![0])),
             fresh: true,
+            wall: None,
         };
         let score = Projection::new(&fit).expect("a Jacobian").score(&effect, (-9.0, 9.0));
         // The joint minimum by the normal equations of two unknowns.

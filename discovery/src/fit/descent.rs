@@ -56,7 +56,8 @@ pub(crate) fn minimise_over(
         None => (DMatrix::zeros(0, 0), OLD),
     };
     let normal = squared(&jacobian);
-    let mut descent = Descent { problem, weighing, free, effort, best, jacobian, normal, age, damping: DAMPING.0 };
+    let damping = DAMPING.0;
+    let mut descent = Descent { problem, weighing, free, effort, best, jacobian, normal, age, damping, failed: None };
     while descent.best.steps < effort.steps && descent.step()?.is_continue() {}
     Ok(descent.end())
 }
@@ -74,6 +75,8 @@ struct Descent<'a> {
     /// Steps since the Jacobian was computed.
     age: usize,
     damping: f64,
+    /// Why the model did not run at the last attempt, if it did not.
+    failed: Option<Fault>,
 }
 
 impl Descent<'_> {
@@ -91,21 +94,7 @@ impl Descent<'_> {
             self.normal = squared(&self.jacobian);
             self.age = 0;
         }
-        let mut gradient = self.jacobian.tr_mul(&self.best.residuals);
-        for (k, &unknown) in self.free.iter().enumerate() {
-            gradient[k] += self.best.xi[unknown];
-        }
-        let mut normal = self.normal.clone();
-        // What stands at the end of where it may go and would go on is held (Bertsekas 1982: projected Newton methods).
-        for (k, &unknown) in self.free.iter().enumerate() {
-            let (low, high) = self.problem.unknowns[unknown].bounds;
-            let xi = self.best.xi[unknown];
-            if xi <= low && gradient[k] > 0.0 || xi >= high && gradient[k] < 0.0 {
-                gradient[k] = 0.0;
-                normal.row_mut(k).fill(0.0);
-                normal.column_mut(k).fill(0.0);
-            }
-        }
+        let (normal, gradient) = self.equations();
         let Some((step, promised)) = damped_step(&normal, &gradient, self.damping, self.effort.step_limit) else {
             return Ok(ControlFlow::Break(()));
         };
@@ -122,6 +111,26 @@ impl Descent<'_> {
         Ok(self.attempt(&step, promised, is_worthwhile))
     }
 
+    /// The normal equations: matrix and gradient.
+    fn equations(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let mut gradient = self.jacobian.tr_mul(&self.best.residuals);
+        for (k, &unknown) in self.free.iter().enumerate() {
+            gradient[k] += self.best.xi[unknown];
+        }
+        let mut normal = self.normal.clone();
+        // What stands at the end of where it may go and would go on is held (Bertsekas 1982: projected Newton methods).
+        for (k, &unknown) in self.free.iter().enumerate() {
+            let (low, high) = self.problem.unknowns[unknown].bounds;
+            let xi = self.best.xi[unknown];
+            if xi <= low && gradient[k] > 0.0 || xi >= high && gradient[k] < 0.0 {
+                gradient[k] = 0.0;
+                normal.row_mut(k).fill(0.0);
+                normal.column_mut(k).fill(0.0);
+            }
+        }
+        (normal, gradient)
+    }
+
     /// Takes the step if it leads down; holds the next one shorter, or asks for a fresh Jacobian, if not.
     fn attempt(&mut self, step: &DVector<f64>, promised: f64, is_worthwhile: bool) -> ControlFlow<()> {
         let mut xi = self.best.xi.clone();
@@ -131,7 +140,8 @@ impl Descent<'_> {
         self.best.steps += 1;
         match Fit::at(self.problem, &xi, self.weighing) {
             Ok(next) if next.cost < self.best.cost => self.take(next, promised),
-            _ => {
+            next => {
+                self.failed = next.err();
                 self.damping = (self.damping * 8.0).max(1e-2);
                 if self.age > 0 && (is_worthwhile || self.damping < DAMPING.2) {
                     self.age = OLD;
@@ -158,11 +168,24 @@ impl Descent<'_> {
         self.damping = if ratio > 0.6 { self.damping * 0.2 } else { self.damping };
         self.age = if ratio < 0.3 { OLD } else { self.age.saturating_add(1) };
         self.best = Fit { steps: self.best.steps, ..next };
+        self.failed = None;
     }
 
-    fn end(self) -> Fit {
+    /// Why the model cannot be run further down, where steps held short for that alone have ended the way.
+    fn wall(&mut self) -> Option<String> {
+        let failed = self.failed.take()?;
+        if self.jacobian.is_empty() {
+            return None;
+        }
+        let (normal, gradient) = self.equations();
+        let (_, promised) = damped_step(&normal, &gradient, DAMPING.0, self.effort.step_limit)?;
+        (promised >= self.effort.gain).then(|| failed.to_string())
+    }
+
+    fn end(mut self) -> Fit {
+        let wall = self.wall();
         let fresh = self.age == 0 && self.free.len() == self.problem.unknowns.len();
-        Fit { fresh, jacobian: Some(Jacobian::new(self.jacobian, self.free.to_vec())), ..self.best }
+        Fit { wall, fresh, jacobian: Some(Jacobian::new(self.jacobian, self.free.to_vec())), ..self.best }
     }
 }
 

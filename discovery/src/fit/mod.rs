@@ -79,6 +79,8 @@ pub struct Fit {
     pub(crate) jacobian: Option<Jacobian>,
     /// It is by all unknowns, and was computed at this very point.
     pub fresh: bool,
+    /// Why the model does not run further down, where that and no minimum has ended the fit.
+    pub wall: Option<String>,
 }
 
 impl Fit {
@@ -104,6 +106,7 @@ impl Fit {
             steps: 0,
             jacobian: None,
             fresh: false,
+            wall: None,
         })
     }
 
@@ -186,6 +189,7 @@ mod tests {
             steps: 0,
             jacobian: Some(Jacobian::new(jacobian, vec![0, 1, 2])),
             fresh: true,
+            wall: None,
         };
         let schur = normal[(0, 0)] - normal[(0, 2)].powi(2) / normal[(2, 2)];
         let errors = fit.errors_beside(&[0], &[2.0], &[1]).expect("a Jacobian");

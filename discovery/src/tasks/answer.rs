@@ -175,7 +175,7 @@ impl Answer for Jacobian {
 
 impl Answer for Fit {
     fn write(&self, to: &mut Writer) {
-        let Fit { xi, runs, residuals, cost, misfit, converged, steps, jacobian, fresh } = self;
+        let Fit { xi, runs, residuals, cost, misfit, converged, steps, jacobian, fresh, wall } = self;
         to.numbers(xi);
         runs.len().write(to);
         for run in runs {
@@ -189,6 +189,7 @@ impl Answer for Fit {
         ((*cost, *misfit), (*converged, *steps)).write(to);
         jacobian.write(to);
         fresh.write(to);
+        wall.write(to);
     }
 
     fn read(from: &mut Reader<'_>) -> Option<Self> {
@@ -197,8 +198,8 @@ impl Answer for Fit {
         let runs = runs.map(|run| run.map(|channels| channels.into_iter().map(|own| own.0).collect())).collect();
         let residuals = DVector::read(from)?;
         let ((cost, misfit), (converged, steps)) = Answer::read(from)?;
-        let (jacobian, fresh) = (Option::read(from)?, bool::read(from)?);
-        Some(Fit { xi, runs, residuals, cost, misfit, converged, steps, jacobian, fresh })
+        let (jacobian, fresh, wall) = (Option::read(from)?, bool::read(from)?, Option::read(from)?);
+        Some(Fit { xi, runs, residuals, cost, misfit, converged, steps, jacobian, fresh, wall })
     }
 }
 
@@ -278,6 +279,7 @@ mod tests {
             steps: 17,
             jacobian: Some(Jacobian::new(matrix, vec![0, 2, 5])),
             fresh: false,
+            wall: None,
         }
     }
 
@@ -313,6 +315,7 @@ mod tests {
             Fit { xi: vec![0.1, 0.0, f64::MIN_POSITIVE / 8.0], ..fit() },
             Fit { cost: 0.5, ..fit() },
             Fit { fresh: true, ..fit() },
+            Fit { wall: Some("logarithm of -1".to_string()), ..fit() },
             Fit { jacobian: None, ..fit() },
             Fit { jacobian: Some(Jacobian::new(matrix(2.0), vec![0, 2])), ..fit() },
             Fit { jacobian: Some(Jacobian::new(matrix(3.0), vec![0, 2])), ..fit() },

@@ -61,6 +61,41 @@ fn what_a_fit_has_found_can_be_run() {
 }
 
 /// The text that is translated is made of the study; messages are about what the user has written.
+/// Where the model does not run beyond what a fit has reached, the values are no minimum, and the reason is said.
+#[test]
+fn a_fit_that_the_model_stops_says_so() {
+    let folder = project();
+    let own = folder.path().join("drv");
+    for (p0, table) in [("p0=10e6", "bench/shot1.csv"), ("p0=14e6", "bench/shot2.csv")] {
+        let shot = [
+            "simulate",
+            "drive.hyd",
+            "--set",
+            p0,
+            "--set",
+            "spring.k=26500",
+            "--variables",
+            "^(y|p)$",
+            "--result",
+            table,
+        ];
+        assert_eq!(run(&own, &shot).code, Some(0));
+    }
+    let text = folder.read("drv/drive.hyd");
+    let held = text.replace("equation\n", "equation\n  assert(spring.k < 25.5e3, \"the spring is too stiff\");\n");
+    folder.write("drv/drive.hyd", held);
+    study(&folder, "k = \"spring.k\"", "k = \"spring.k\"");
+    let fitted = run(&own, &FIT);
+    assert_eq!(fitted.code, Some(3), "{}", fitted.stderr);
+    assert!(fitted.stdout.contains("spring.k = 25"), "{}", fitted.stdout);
+    assert!(fitted.stderr.contains("beyond its values") && fitted.stderr.contains("too stiff"), "{}", fitted.stderr);
+    // The same without the assertion is a minimum.
+    folder.write("drv/drive.hyd", text);
+    let fitted = run(&own, &FIT);
+    assert_eq!((fitted.code, fitted.stderr.as_str()), (Some(0), ""));
+    assert!(fitted.stdout.contains("spring.k = 26"), "{}", fitted.stdout);
+}
+
 /// The report of a fit has the values of its JSON, the curves of every shot and channel, and takes the place of no input.
 #[test]
 fn a_fit_writes_a_report() {

@@ -2,7 +2,7 @@
 
 use hyd_compiler::Severity;
 use hyd_verbs::Listener;
-use hyd_verbs::fit::{FitOptions, UNCONVERGED, fit as fitted};
+use hyd_verbs::fit::{FitOptions, fit as fitted};
 
 use super::{BENCH, LIBRARIES, SEED, STUDY, Tool, files_below, opened, with_messages};
 use crate::answer::Answer;
@@ -70,9 +70,9 @@ fn fit(call: &Call<'_>) -> Result<Answer, String> {
     if !written.is_empty() {
         data["files"] = written.into();
     }
-    if !found.converged {
-        call.kept.sentence(Severity::Warning, UNCONVERGED);
+    if let Some(sentence) = &found.unconverged {
+        call.kept.sentence(Severity::Warning, sentence);
     }
     let text = call.kept.text() + &found.text;
-    Ok(Answer { text, data: with_messages(call, data), is_error: !found.converged })
+    Ok(Answer { text, data: with_messages(call, data), is_error: found.unconverged.is_some() })
 }
