@@ -7,12 +7,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyd_compiler::FlatModel;
-use hyd_flat::{BlockId, EVERY_INPUT, Section, Target, VarId, VariableBlock};
-use hyd_fmi::{Bounds, End, Facts, KnownUnit, Parts, Terminal, Version, describe, identifier, pack, token};
+use hyd_flat::{BlockId, EVERY_INPUT, Section, Target, VariableBlock};
+use hyd_fmi::{
+    Bounds, DeclaredType, End, Facts, KnownUnit, Parts, Terminal, Version, describe, identifier, pack, token,
+};
 use hyd_payload::{Backend, Loaded, Model, executable, format};
 use hyd_results::write_whole;
 use hyd_symbolic::Node;
-use hyd_system::{DaeSystem, Settable};
+use hyd_system::{DaeSystem, Settable, ValueKind};
 
 use crate::arguments::{Build, FmiVersion};
 use crate::build::{Prebuilt, not_written, translated};
@@ -77,11 +79,6 @@ pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failur
         let note = "the model has delays, so the unit is for co-simulation only: it has no finite state that others could integrate";
         output::sentence("note", note, arguments.model.message_format);
     }
-    let kept = discrete_inputs(flat);
-    if !kept.is_empty() {
-        let note = format!("inputs that are not of type Real are parameters of the unit: {}", kept.join(", "));
-        output::sentence("note", &note, arguments.model.message_format);
-    }
     if let Some(note) = fixed_parameters(&payload) {
         output::sentence("note", &note, arguments.model.message_format);
     }
@@ -115,19 +112,13 @@ fn fixed_parameters(payload: &Model) -> Option<String> {
     ))
 }
 
-/// Inputs that stay parameters.
-fn discrete_inputs(flat: &FlatModel) -> Vec<String> {
-    let driven: Vec<VarId> = flat.driven.iter().map(|block| block.variable).collect();
-    let open = flat.inputs.iter().map(|&block| &flat.variables[block]).filter(|block| !driven.contains(&block.first));
-    open.filter(|block| block.count > 0).map(|block| format!("`{}`", block.name.element(0))).collect()
-}
-
 /// The start value of an input by its full name.
 fn start_of(facts: &Facts, payload: &Model, name: &str) -> f64 {
     let variables = payload.tables.variables.iter().enumerate();
     let found = variables.filter(|(k, _)| facts.ends.get(k) == Some(&End::Input)).find_map(|(k, info)| {
         let element = (0..info.sources.len()).find(|&element| info.name.element(element) == name)?;
-        facts.bounds.get(&(k, element))?.start
+        let start = facts.bounds.get(&(k, element)).and_then(|bounds| bounds.start);
+        Some(start.unwrap_or(if matches!(info.kind, ValueKind::Enumeration(_)) { 1.0 } else { 0.0 }))
     });
     found.unwrap_or(0.0)
 }
@@ -152,7 +143,9 @@ fn facts(flat: &FlatModel, payload: &Model) -> Result<Facts, Failure> {
         facts.ends.extend(list.iter().filter_map(|block| positions.get(block)).map(|&k| (k, end)));
     }
     for (&block, &variable) in &positions {
-        bounds(&flat.variables[block], variable, &mut facts);
+        let block = &flat.variables[block];
+        bounds(block, variable, &mut facts);
+        facts.types.extend(block.declared.as_deref().map(|declared| (variable, type_of(declared))));
     }
     for (variable, element, value) in input_starts(flat, &positions) {
         facts.bounds.entry((variable, element)).or_default().start = Some(value);
@@ -164,8 +157,8 @@ fn facts(flat: &FlatModel, payload: &Model) -> Result<Facts, Failure> {
                 let powers = known.dimension.0.map(|power| power.as_whole());
                 let whole = powers.iter().all(Option::is_some);
                 let powers = whole.then(|| powers.map(Option::unwrap_or_default));
-                let unit = unit.to_string();
-                facts.units.insert(unit, KnownUnit { powers, factor: known.factor, offset: known.offset });
+                let (unit, angle) = (unit.to_string(), hyd_units::plane_angle(unit).unwrap_or_default());
+                facts.units.insert(unit, KnownUnit { powers, angle, factor: known.factor, offset: known.offset });
             }
         }
     }
@@ -203,6 +196,12 @@ fn terminals(flat: &FlatModel, positions: &BTreeMap<BlockId, usize>) -> Vec<Term
         }
     }
     found
+}
+
+fn type_of(declared: &hyd_flat::DeclaredType) -> DeclaredType {
+    let text = |text: &Option<Arc<str>>| text.as_deref().unwrap_or_default().to_string();
+    let literals = declared.literals.iter().map(ToString::to_string).collect();
+    DeclaredType { name: text(&declared.class), quantity: text(&declared.quantity), literals }
 }
 
 fn bounds(block: &VariableBlock, variable: usize, facts: &mut Facts) {

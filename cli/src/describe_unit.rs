@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use hyd_compiler::did_you_mean;
-use hyd_fmi_import::{Causality, Changes, Description, Kind, Member, Unit, Variable, Version};
+use hyd_fmi_import::{Causality, Changes, Description, Kind, Member, Number, Unit, Variable, Version};
 use hyd_results::write_whole;
 use hyd_verbs::unit::is_unit;
 use hyd_verbs::unit_text::{Purpose, unit_text};
@@ -28,6 +28,12 @@ pub(crate) fn describe(arguments: &UnitFile) -> Result<(), Failure> {
         output::sentence("warning", note, hyd_run::MessageFormat::Text);
     }
     if let Some(path) = &arguments.output {
+        if description.exchange.is_none() {
+            return Err(Failure::Fault(format!(
+                "`{}`: the unit is for co-simulation alone, and a block of a model must be one for model exchange; nothing was written",
+                file.display()
+            )));
+        }
         let text = unit_text(description, &seen_from(file, path)?, Purpose::Block, (&arguments.read, &[]));
         if path.symlink_metadata().is_ok() {
             return Err(Failure::Fault(format!("`{}` exists already; nothing was written", path.display())));
@@ -141,11 +147,19 @@ fn shown(variable: &Variable) -> String {
 }
 
 fn start(variable: &Variable) -> String {
+    let one = |value: f64| match &variable.kind {
+        Kind::Number(Number::Boolean) => (value != 0.0).to_string(),
+        Kind::Enumeration(literals) => {
+            let literal = literals.iter().find(|(_, own)| *own as f64 == value);
+            literal.map_or_else(|| value.to_string(), |(name, _)| name.to_string())
+        }
+        _ => value.to_string(),
+    };
     match (&variable.text, variable.start.as_slice()) {
         (Some(text), _) => text.clone(),
-        (None, [value]) => value.to_string(),
+        (None, &[value]) => one(value),
         (None, []) => String::new(),
-        (None, [first, ..]) => format!("{first}, ..."),
+        (None, &[first, ..]) => format!("{}, ...", one(first)),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use hyd_instance::class::nested_classes;
 use hyd_instance::{ClassId, ClassTable};
-use hyd_source::{Code, Diagnostic, did_you_mean};
+use hyd_source::{Code, Diagnostic, did_you_mean, dotted};
 use hyd_syntax::tree::{ClassDef, ClassKind, Name};
 
 /// The class to instantiate: the one named, else the last complete model of the text.
@@ -53,7 +53,7 @@ fn last_model(table: &mut ClassTable<'_>, class: ClassId) -> Option<ClassId> {
 
 /// A class by its name in the text or its full name.
 fn find(table: &mut ClassTable<'_>, classes: &[ClassId], name: &str) -> Option<ClassId> {
-    let parts: Vec<Name> = name.split('.').map(Name::from).collect();
+    let parts: Vec<Name> = dotted(name).map(Name::from).collect();
     let mut found = classes.iter().copied().find(|&class| table.class(class).def.name.name == parts[0]);
     if found.is_none() {
         found = table.top(&parts[0]);
@@ -72,7 +72,7 @@ fn find(table: &mut ClassTable<'_>, classes: &[ClassId], name: &str) -> Option<C
         let mut help = did_you_mean(name, names.iter().map(String::as_str));
         if help.is_none() {
             // Perhaps only the package before the name is missing.
-            let last = |full: &'_ String| full.rsplit('.').next().unwrap_or_default().to_string();
+            let last = |full: &'_ String| dotted(full).last().unwrap_or_default().to_string();
             let ends: Vec<String> = names.iter().map(last).collect();
             let close = did_you_mean(name, ends.iter().map(String::as_str));
             let full = names

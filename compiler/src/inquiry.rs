@@ -11,7 +11,7 @@ use hyd_instance::class::{elements, nested_classes};
 use hyd_instance::connection_rules::VENDOR;
 use hyd_instance::instance::path;
 use hyd_instance::{ClassId, ClassTable, InstId, Override, Scopes, Sources};
-use hyd_source::{Diagnostic, Files, Span};
+use hyd_source::{Diagnostic, Files, Span, dotted};
 use hyd_syntax::tree::{Argument, Component, Element, Expr, ExprKind, Modification, Name, UnaryOp};
 
 use crate::choice::choose;
@@ -106,7 +106,7 @@ pub fn annotated_classes(sources: &mut dyn Sources, kind: &str) -> (Vec<Annotate
     let mut table = ClassTable::new(sources);
     let mut found: Vec<AnnotatedClass> = Vec::new();
     for full in names {
-        let mut parts = full.split('.').map(Name::from);
+        let mut parts = dotted(&full).map(Name::from);
         let first = parts.next().and_then(|name| table.listed(None, &name));
         let class = parts.fold(first, |class, name| class.and_then(|class| table.listed(Some(class), &name)));
         if let Some(class) = class.or_else(|| misspelt(&mut table, &full)) {
@@ -126,7 +126,7 @@ fn misspelt(table: &mut ClassTable<'_>, full: &str) -> Option<ClassId> {
         let name = names(table, class);
         name != full && bare(&name) == bare(full)
     })?;
-    let last = full.rsplit('.').next().unwrap_or(full);
+    let last = dotted(full).last().unwrap_or(full);
     let expected = format!("should define `{last}` and does not");
     table.messages.withdraw(|diagnostic| diagnostic.message.ends_with(&expected));
     Some(class)

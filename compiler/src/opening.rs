@@ -45,7 +45,7 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
     let mut files = Files::new();
     let file = files.add("model", text);
     let parsed = hyd_syntax::parse(file, text);
-    let mut names = class.split('.');
+    let mut names = hyd_source::dotted(class);
     let first = names.next().and_then(|name| parsed.value.classes.iter().find(|class| &*class.name.name == name));
     let inside = |class: &std::sync::Arc<hyd_syntax::tree::ClassDef>, name: &str| {
         hyd_instance::class::nested_classes(class)

@@ -4,7 +4,6 @@
 //! what differs is how an element is called and how others are referred to: by position in 2.0, by number in 3.0.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 use hyd_payload::Model;
 use hyd_system::{MemberKind, Place, ValueKind};
@@ -14,6 +13,7 @@ use crate::catalogue::{Catalogue, Meaning};
 use crate::dependencies::{Dependencies, dependencies};
 use crate::facts::{Facts, Version};
 use crate::terminals::{self, Names};
+use crate::types::{Types, limits};
 use crate::units::Units;
 use crate::variables::{Causality, Entry, Variables};
 use crate::xml::{Attributes, Document, list, number};
@@ -24,9 +24,6 @@ const CATEGORIES: [(&str, &str); 3] = [
     ("logStatusError", "What ends a run"),
     ("logEvents", "Events that the importer handles, and what they change"),
 ];
-
-/// Literals of an enumeration.
-type Literals = Arc<[Arc<str>]>;
 
 /// What is written on a model.
 #[derive(Clone, Debug)]
@@ -43,9 +40,8 @@ pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> 
     let catalogue = Catalogue::new(model)?;
     let mut variables = Variables::new(model, facts, &catalogue, version)?;
     let units = Units::of(&mut variables.entries, facts);
-    let enumerations = enumerations(&variables.entries);
-    let writer =
-        Description { model, catalogue: &catalogue, version, variables: &variables, enumerations: &enumerations };
+    let types = Types::of(&variables.entries);
+    let writer = Description { model, catalogue: &catalogue, version, variables: &variables, types: &types };
     let mut document = Document::new();
     let structured = variables
         .entries
@@ -65,7 +61,7 @@ pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> 
     document.element("fmiModelDescription", root, |document| {
         writer.interfaces(document);
         units.write(document, facts);
-        writer.types(document);
+        types.write(document, version);
         document.element("LogCategories", Attributes::default(), |document| {
             for (name, text) in CATEGORIES {
                 document.empty("Category", Attributes::default().with("name", name).with("description", text));
@@ -107,19 +103,7 @@ struct Description<'a> {
     catalogue: &'a Catalogue,
     version: Version,
     variables: &'a Variables,
-    enumerations: &'a BTreeMap<Literals, String>,
-}
-
-/// A name for each enumeration among the variables.
-fn enumerations(entries: &[Entry]) -> BTreeMap<Literals, String> {
-    let mut found = BTreeMap::new();
-    for entry in entries {
-        if let ValueKind::Enumeration(literals) = &entry.kind {
-            let name = format!("Enumeration{}", found.len() + 1);
-            found.entry(literals.clone()).or_insert(name);
-        }
-    }
-    found
+    types: &'a Types,
 }
 
 impl Description<'_> {
@@ -158,30 +142,6 @@ impl Description<'_> {
         }
     }
 
-    fn types(&self, document: &mut Document) {
-        if self.enumerations.is_empty() {
-            return;
-        }
-        let items = |document: &mut Document, literals: &Literals| {
-            for (k, literal) in literals.iter().enumerate() {
-                document.empty("Item", Attributes::default().with("name", literal).with("value", k + 1));
-            }
-        };
-        document.element("TypeDefinitions", Attributes::default(), |document| {
-            for (literals, name) in self.enumerations {
-                let named = Attributes::default().with("name", name);
-                match self.version {
-                    Version::Two => document.element("SimpleType", named, |document| {
-                        document.element("Enumeration", Attributes::default(), |document| items(document, literals));
-                    }),
-                    Version::Three => {
-                        document.element("EnumerationType", named, |document| items(document, literals));
-                    }
-                }
-            }
-        });
-    }
-
     fn experiment(&self, document: &mut Document) {
         let experiment = &self.model.experiment;
         let attributes = Attributes::default()
@@ -213,30 +173,21 @@ impl Description<'_> {
             ValueKind::Boolean => (value != 0.0).to_string(),
             ValueKind::Integer | ValueKind::Enumeration(_) => format!("{value:.0}"),
         }));
-        let bounds = &entry.bounds;
-        // Version 2.0 has no word for a value that is not a number of its type.
+        let attributes = attributes.maybe("declaredType", self.types.name_of(entry));
+        let quantity = &entry.declared.quantity;
         match &entry.kind {
             ValueKind::Real => {
-                let limit = |value: Option<f64>| value.filter(|value| value.is_finite()).map(number);
-                let attributes = attributes
-                    .text("unit", &entry.unit)
-                    .text("displayUnit", &entry.display_unit)
-                    .maybe("min", limit(bounds.min))
-                    .maybe("max", limit(bounds.max))
-                    .maybe("nominal", limit(bounds.nominal.filter(|nominal| *nominal > 0.0)))
-                    .text("start", &start);
+                let attributes = attributes.text("quantity", quantity);
+                let attributes = attributes.text("unit", &entry.unit).text("displayUnit", &entry.display_unit);
+                let attributes = limits(attributes, &entry.kind, &entry.bounds).text("start", &start);
                 (if two { "Real" } else { "Float64" }, attributes)
             }
             ValueKind::Integer => {
-                let limit = |value: Option<f64>| value.filter(|value| value.is_finite()).map(|v| format!("{v:.0}"));
-                let attributes = attributes.maybe("min", limit(bounds.min)).maybe("max", limit(bounds.max));
+                let attributes = limits(attributes.text("quantity", quantity), &entry.kind, &entry.bounds);
                 (if two { "Integer" } else { "Int64" }, attributes.text("start", &start))
             }
             ValueKind::Boolean => ("Boolean", attributes.text("start", &start)),
-            ValueKind::Enumeration(literals) => {
-                let attributes = attributes.maybe("declaredType", self.enumerations.get(literals));
-                ("Enumeration", attributes.text("start", &start))
-            }
+            ValueKind::Enumeration(_) => ("Enumeration", attributes.text("quantity", quantity).text("start", &start)),
         }
     }
 

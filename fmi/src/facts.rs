@@ -50,10 +50,23 @@ pub struct Bounds {
 pub struct KnownUnit {
     /// Powers of kg, m, s, A, K, mol, cd; none where one is not whole.
     pub powers: Option<[i32; 7]>,
+    /// Power of the plane angle.
+    pub angle: i32,
     /// SI value of one.
     pub factor: f64,
     /// SI value of zero.
     pub offset: f64,
+}
+
+/// The type of a variable as its declaration names it.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct DeclaredType {
+    /// Full name of the class; empty for the predefined types.
+    pub name: String,
+    /// What is measured; may be empty.
+    pub quantity: String,
+    /// Descriptions of the literals of an enumeration, empty where there are none.
+    pub literals: Vec<String>,
 }
 
 /// A connector.
@@ -78,6 +91,8 @@ pub struct Facts {
     pub ends: BTreeMap<usize, End>,
     /// Attributes by variable and element; what is not listed has none.
     pub bounds: BTreeMap<(usize, usize), Bounds>,
+    /// Declared types of variables (indices into the tables); what is not listed has a predefined type.
+    pub types: BTreeMap<usize, DeclaredType>,
     /// Unit strings of the tables that have a meaning.
     pub units: BTreeMap<String, KnownUnit>,
     /// Values of all parameters, as the tables address them.

@@ -9,7 +9,7 @@ use crate::xml::{Attributes, Document, number};
 const SYMBOLS: [&str; 7] = ["kg", "m", "s", "A", "K", "mol", "cd"];
 
 /// The unit of the time, which no text need have named.
-const SECOND: KnownUnit = KnownUnit { powers: Some([0, 0, 1, 0, 0, 0, 0]), factor: 1.0, offset: 0.0 };
+const SECOND: KnownUnit = KnownUnit { powers: Some([0, 0, 1, 0, 0, 0, 0]), angle: 0, factor: 1.0, offset: 0.0 };
 
 /// Units with their display units.
 pub(crate) struct Units(BTreeMap<String, BTreeSet<String>>);
@@ -79,6 +79,7 @@ fn base_unit(document: &mut Document, unit: &KnownUnit) {
     for (symbol, power) in SYMBOLS.iter().zip(powers) {
         attributes = attributes.maybe(symbol, (power != 0).then_some(power));
     }
+    let attributes = attributes.maybe("rad", (unit.angle != 0).then_some(unit.angle));
     let attributes = attributes.maybe("factor", (unit.factor != 1.0).then(|| number(unit.factor)));
     document.empty("BaseUnit", attributes.maybe("offset", (unit.offset != 0.0).then(|| number(unit.offset))));
 }

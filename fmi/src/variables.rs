@@ -11,7 +11,7 @@ use hyd_payload::Model;
 use hyd_system::{Place, Settable, Source, ValueKind, Variability, VariableInfo};
 
 use crate::catalogue::{Catalogue, StateVariables, TIME};
-use crate::facts::{Bounds, End, Facts, Version};
+use crate::facts::{Bounds, DeclaredType, End, Facts, Version};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Causality {
@@ -61,6 +61,7 @@ pub(crate) struct Entry {
     pub(crate) name: String,
     pub(crate) reference: u32,
     pub(crate) kind: ValueKind,
+    pub(crate) declared: DeclaredType,
     pub(crate) causality: Causality,
     pub(crate) changes: Changes,
     /// Values at the start; empty if they are calculated.
@@ -87,6 +88,7 @@ impl Entry {
             name,
             reference,
             kind: ValueKind::Real,
+            declared: DeclaredType::default(),
             causality: Causality::Local,
             changes: Changes::Continuous,
             start: Vec::new(),
@@ -288,9 +290,15 @@ fn array(facts: &Facts, (k, info): (usize, &VariableInfo), reference: u32) -> En
     });
     let mut entry = entry(facts, (k, info, name), &info.sources, (reference, bounds));
     if entry.causality == Causality::Input {
-        entry.start = (0..info.sources.len()).map(|element| one(element).start.unwrap_or(0.0)).collect();
+        let start = |element: usize| one(element).start.unwrap_or_else(|| neutral(&info.kind));
+        entry.start = (0..info.sources.len()).map(start).collect();
     }
     Entry { sizes: sizes.clone(), ..entry }
+}
+
+/// The value of an input without a start value.
+fn neutral(kind: &ValueKind) -> f64 {
+    if matches!(kind, ValueKind::Enumeration(_)) { 1.0 } else { 0.0 }
 }
 
 fn entry(
@@ -317,8 +325,8 @@ fn entry(
     };
     let settable = info.settable == Settable::Yes && parameters;
     let (causality, changes, start) = match (facts.ends.get(&k), info.variability, values) {
-        (Some(End::Input), Variability::Continuous, _) => {
-            (Causality::Input, moving, vec![bounds.start.unwrap_or(0.0); sources.len()])
+        (Some(End::Input), Variability::Discrete | Variability::Continuous, _) => {
+            (Causality::Input, moving, vec![bounds.start.unwrap_or_else(|| neutral(&info.kind)); sources.len()])
         }
         (_, Variability::Constant | Variability::Parameter, Some(values)) if constant => {
             (Causality::Local, Changes::Never, values)
@@ -336,6 +344,7 @@ fn entry(
     let text = |text: &Arc<str>| if real { text.to_string() } else { String::new() };
     Entry {
         kind: info.kind.clone(),
+        declared: facts.types.get(&k).cloned().unwrap_or_default(),
         causality,
         changes,
         start,

@@ -43,6 +43,7 @@ impl Display for SolveError {
                         "its coefficient may be zero at these values, or equations may repeat each other: change start values or \
                          parameters, or check the initial equations",
                     ),
+                    _ if place.evaluation.as_ref().is_some_and(|failure| failure.is_foreign) => Ok(()),
                     _ => hint(f, "give start values closer to the solution, or check the initial equations"),
                 }
             }
@@ -350,7 +351,7 @@ fn grown(place: &Place) -> Option<(&str, f64, f64)> {
 /// What to try where a value is not finite; the message of a function's own assertion says it better.
 fn domain_hint(f: &mut Formatter<'_>, failure: Option<&EvalFailure>) -> fmt::Result {
     match failure {
-        Some(failure) if failure.reason.contains(" fails: ") => Ok(()),
+        Some(failure) if failure.is_foreign || failure.reason.contains(" fails: ") => Ok(()),
         Some(failure) if failure.is_unset() => {
             hint(f, "give the variable a value on every way through the function, such as by an `else`")
         }

@@ -17,8 +17,8 @@ typedef void (*Logger)(void *, const char *, Status, const char *, const char *,
 typedef struct { Logger logger; void *(*allocate)(size_t, size_t); void (*release)(void *); void *finished; void *environment; } Callbacks;
 typedef struct { int needed, terminate, nominals, states, defined; double next; } EventInfo;
 
-enum { NONE, CRASH, HANG, END, DISCARDS, COMPLAINS, PRINTS, STEP_EVENTS, CRASH_AT_START, ABORTS, TERMINATES, NO_INSTANCE };
-typedef struct { const Callbacks *call; double t, x, k, u, told; int count, trouble, event; char label[100]; } Unit;
+enum { NONE, CRASH, HANG, END, DISCARDS, COMPLAINS, PRINTS, STEP_EVENTS, CRASH_AT_START, ABORTS, TERMINATES, NO_INSTANCE, FORKS };
+typedef struct { const Callbacks *call; double t, x, k, u, told; int count, trouble, event, forked; char label[100]; } Unit;
 
 static int is_due(Unit *unit) { return unit->t > 0.5; }
 
@@ -31,6 +31,7 @@ static Status misbehave(Unit *unit) {
     case END: _exit(7);
     case ABORTS: abort();
     case DISCARDS: return DISCARD;
+    case FORKS: if (unit->forked++ == 0 && fork() == 0) for (;;) pause(); break;
     case COMPLAINS:
         unit->call->logger(unit->call->environment, "one", ERROR, "logStatusError", "%s: x is %g after %d turns, 100%%", unit->label, unit->x, unit->count);
         return ERROR;

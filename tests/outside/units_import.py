@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from units import HYD, ONLY, OWN, POINTS, SLOW, VERSIONS, WITHOUT_END, WORK, build, check_against, large, reference
 
-TROUBLES = ["none", "crash", "hang", "end", "discards", "complains", "prints", "step_events", "crash_at_start", "aborts", "terminates"]
+TROUBLES = ["none", "crash", "hang", "end", "discards", "complains", "prints", "step_events", "crash_at_start", "aborts", "terminates", "no_instance", "forks"]
 TURN = math.log(2)
 
 
@@ -142,6 +142,12 @@ def check_start(path):
             assert far < 1e-6, f"{name} from {start}: {far}"
 
 
+def unit_processes():
+    """Processes of units that live in the folder of this check."""
+    found = subprocess.run(["pgrep", "-f", f"{WORK}/hyd-unit-"], stdout=subprocess.PIPE, text=True)
+    return found.stdout.split()
+
+
 def check_trouble(path):
     """What a unit does wrong is a message with its name and the function, and ends in order."""
     def told(trouble, *words, kind="model-exchange", code=1, options=()):
@@ -165,6 +171,11 @@ def check_trouble(path):
     for kind in ("model-exchange", "co-simulation"):
         rows = simulate(path, "--as", kind, "--set", f"trouble={TROUBLES.index('terminates')}")
         assert abs(rows["time"].iloc[-1] - TURN) < 1e-5, f"{kind}: ends at {rows['time'].iloc[-1]}"
+    # What the unit has begun for itself ends with it: a copy of its process has the same command line.
+    for kind in ("model-exchange", "co-simulation"):
+        forks = ("--as", kind, "--set", f"trouble={TROUBLES.index('forks')}", "--stop", "0.6")
+        simulate(path, *forks, env={**os.environ, "TMPDIR": str(WORK)})
+        assert not unit_processes(), kind
     left = [entry for entry in os.listdir("/dev/shm") if entry.startswith("hyd-area")] if os.path.isdir("/dev/shm") else []
     assert not left, left
 
@@ -185,7 +196,7 @@ def check_interruption(path):
     running.wait()
     time.sleep(2)
     assert not [entry for entry in os.listdir(WORK) if entry.startswith("hyd-unit")]
-    assert subprocess.run(["pgrep", "-g", str(running.pid)], stdout=subprocess.DEVNULL).returncode != 0
+    assert not unit_processes()
 
 
 def check_messages(path, description):

@@ -368,12 +368,14 @@ fn refused(name: &str, error: InputError) -> String {
     }
 }
 
-/// A field as a number, NaN where it is missing; none for other texts.
+/// A field as a number, NaN where it is missing; none for other texts.  Results write Booleans in words.
 fn number(field: &str) -> Option<f64> {
-    if matches!(field, "" | "-" | "NA" | "null") {
-        return Some(f64::NAN);
+    match field {
+        "" | "-" | "NA" | "null" => Some(f64::NAN),
+        "true" | "True" => Some(1.0),
+        "false" | "False" => Some(0.0),
+        _ => field.parse().ok(),
     }
-    field.parse().ok()
 }
 
 fn shortened(names: &[String]) -> String {

@@ -1,6 +1,6 @@
 //! Parameters by name: `NAME=VALUE` found in the tables of a system, refused with a reason, applied.
 
-use hyd_payload::Limit;
+pub use hyd_payload::outside_limits as outside;
 use hyd_source::did_you_mean;
 use hyd_system::by_part::by_part;
 use hyd_system::given::{self, Elements};
@@ -42,23 +42,6 @@ fn change(tables: &Tables, name: &str, text: &str) -> Result<Vec<(usize, f64)>, 
     let (info, elements) = find(tables, name)?;
     refuse(info, name, "set")?;
     places(info, elements, text).map_err(|why| format!("`{name}={text}`: {why}"))
-}
-
-/// The first parameter or constant whose value is outside its limits, as a sentence; the system has been bound.
-pub fn outside(limits: &[Limit], system: &dyn DaeSystem) -> Option<String> {
-    let tables = system.tables();
-    limits.iter().find_map(|limit| {
-        let variable = tables.variables.get(limit.variable as usize)?;
-        let source = variable.sources.get(limit.element as usize)?;
-        let value = match source.place {
-            Place::Parameter(k) => *system.parameters().get(k as usize)?,
-            Place::Constant(value) => value,
-            Place::Output(_) => return None,
-        };
-        let value = if source.negated { -value } else { value };
-        let name = || variable.name.element(limit.element as usize);
-        given::outside(name, &variable.kind, value, (limit.min, limit.max)).map(|outside| outside.message)
-    })
 }
 
 /// The variable of this name.

@@ -10,6 +10,7 @@ use hyd_frames::{Cells, Frame, is_parquet};
 use hyd_results::{Table, format_number, note_read};
 
 use crate::Failure;
+use crate::unit::is_unit;
 
 /// What a file holds.
 #[derive(Default)]
@@ -42,6 +43,12 @@ pub fn read_runs(file: &Path, keep: &dyn Fn(&str) -> bool) -> Result<Runs, Failu
     }
     if !file.exists() {
         return Err(Failure::Fault(format!("there is no file `{}`", file.display())));
+    }
+    if is_unit(file) {
+        return Err(Failure::Fault(format!(
+            "`{0}` is a unit and holds no results; `hyd simulate {0} --result run.csv` makes some",
+            file.display()
+        )));
     }
     note_read(file);
     let runs = if is_parquet(file) {

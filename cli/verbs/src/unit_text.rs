@@ -68,6 +68,8 @@ pub fn unit_text(
         let declaration = match variable.causality {
             Causality::Parameter => parameter(variable),
             Causality::Input if is_real(variable) => Some(declared("input Real", variable, &starts(variable))),
+            // What a model hands over during a run are continuous numbers; the rest is set before.
+            Causality::Input => parameter(variable),
             Causality::Output if is_real(variable) && (named || purpose == Purpose::Block) => {
                 Some(declared("output Real", variable, &[]))
             }
@@ -81,12 +83,12 @@ pub fn unit_text(
             left_out.push(&variable.name);
             continue;
         };
-        if variable.causality == Causality::Input && purpose == Purpose::View {
+        let is_input = variable.causality == Causality::Input && is_real(variable);
+        if is_input && purpose == Purpose::View {
             let name = identifier(&variable.name);
             let value = variable.start.first().copied().filter(|value| value.is_finite()).unwrap_or(0.0);
             let held = format!("parameter Real {NAME}{} = {value:e}{};", attributes(variable, &[]), words(variable));
-            let is_shown = is_real(variable) && variable.sizes.is_empty();
-            if is_shown && insert(&mut tree, std::slice::from_ref(&name), &held) {
+            if variable.sizes.is_empty() && insert(&mut tree, std::slice::from_ref(&name), &held) {
                 let given = free(&identifier(&format!("{}_given", variable.name)), &tree);
                 let of_unit = format!("Real {given}{} = {name} {}", attributes(variable, &[]), marked(variable));
                 tree.push((given, Node::Leaf(of_unit)));
@@ -95,8 +97,7 @@ pub fn unit_text(
             }
             continue;
         }
-        let is_given = variable.causality == Causality::Input && purpose == Purpose::Bench;
-        if is_given {
+        if is_input && purpose == Purpose::Bench {
             // The input of the model is free of the unit; what the unit is given follows it until an effect comes between.
             insert(&mut tree, &[identifier(&variable.name)], &format!("{declaration};"));
             let name = identifier(&format!("{}_given", variable.name));

@@ -17,6 +17,7 @@ pub(crate) fn variable(flat: &mut FlatModel, name: String, kind: ValueKind, orig
         first,
         count: 1,
         kind,
+        declared: None,
         variability: Variability::Discrete,
         unit: None,
         element_units: Vec::new(),

@@ -21,8 +21,8 @@ mod verify;
 pub use connections::model_ends::EVERY_INPUT;
 pub use flatten::flatten;
 pub use model::{
-    BlockId, ClockKind, ClockOperator, ConstId, DelayBlock, DrivenBlock, EquationBlock, Experiment, FlatModel,
-    ForeignBlock, Gaps, Imbalance, Message, MessagePart, Operand, PerElement, Potential, Quantity, Section,
+    BlockId, ClockKind, ClockOperator, ConstId, DeclaredType, DelayBlock, DrivenBlock, EquationBlock, Experiment,
+    FlatModel, ForeignBlock, Gaps, Imbalance, Message, MessagePart, Operand, PerElement, Potential, Quantity, Section,
     StateSelect, Target, Terminal, UnitClaim, VarId, VariableBlock,
 };
 pub use sections::inject::{Injection, TermShape};

@@ -67,6 +67,17 @@ pub enum StateSelect {
     Always,
 }
 
+/// The type of a variable as its declaration names it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct DeclaredType {
+    /// Full name of the class; `None` for the predefined types.
+    pub class: Option<Arc<str>>,
+    /// The `quantity` attribute.
+    pub quantity: Option<Arc<str>>,
+    /// Descriptions of the literals of an enumeration, empty where there are none.
+    pub literals: Vec<Arc<str>>,
+}
+
 /// A variable with all its elements.
 #[derive(Clone, PartialEq, Debug)]
 pub struct VariableBlock {
@@ -78,6 +89,8 @@ pub struct VariableBlock {
     pub count: u32,
     /// Type.
     pub kind: ValueKind,
+    /// What the declaration says beyond that; `None` if it says no more.
+    pub declared: Option<Arc<DeclaredType>>,
     /// When it may change: declared, or following from its type and its `when`.
     pub variability: Variability,
     /// Unit string, `None` if not stated; that of the first element where they differ.

@@ -5,6 +5,7 @@
 
 pub mod codes;
 mod diagnostic;
+mod dotted;
 mod files;
 mod messages;
 
@@ -12,5 +13,6 @@ pub use codes::Code;
 pub use diagnostic::{
     Diagnostic, Edit, Label, Outcome, Proposal, Reported, Severity, closest, did_you_mean, edit_distance,
 };
+pub use dotted::dotted;
 pub use files::{FileId, Files, Location, Origin, Span};
 pub use messages::Messages;

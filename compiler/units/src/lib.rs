@@ -29,7 +29,7 @@ extern crate self as hyd_units;
 mod tests;
 
 pub use check::{Inferred, Undecided, UnitReport, check_units};
-pub use parse::{UnitError, parse_unit};
+pub use parse::{UnitError, parse_unit, plane_angle};
 pub use print::to_text;
 pub use rational::Rational;
 pub use unit::{BASE_SYMBOLS, Dimension, Unit};

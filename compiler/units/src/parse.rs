@@ -9,7 +9,7 @@ use hyd_source::did_you_mean;
 
 use crate::rational::Rational;
 use crate::symbols::{NAMES, PREFIXES, SYMBOLS};
-use crate::unit::Unit;
+use crate::unit::{Dimension, Unit};
 
 /// Longest unit string read.
 const LONGEST: usize = 200;
@@ -41,7 +41,7 @@ pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
     if text.len() > LONGEST {
         return Err(error(format!("is longer than {LONGEST} characters")));
     }
-    let mut parser = Parser { text, at: 0, depth: 0 };
+    let mut parser = Parser { text, at: 0, depth: 0, angles: false };
     if let Some(unit) = parser.lone_symbol() {
         return Ok(unit);
     }
@@ -50,6 +50,15 @@ pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
         None => Ok(unit),
         Some(c) => Err(parser.unexpected(c)),
     }
+}
+
+/// The exponent of the plane angle in a unit, which [`parse_unit`] counts as a number: 1 for `deg/s` and `rpm`, -1 for `N.m/rad`.
+/// None where the string is not a unit, or the exponent is not whole.
+pub fn plane_angle(text: &str) -> Option<i32> {
+    parse_unit(text).ok()?;
+    let mut parser = Parser { text, at: 0, depth: 0, angles: true };
+    let [.., power] = parser.expression().ok()?.dimension.0;
+    power.as_whole()
 }
 
 fn error(reason: impl Into<String>) -> UnitError {
@@ -64,6 +73,8 @@ struct Parser<'a> {
     text: &'a str,
     at: usize,
     depth: usize,
+    /// Angles alone are counted, in the place of the last base unit.
+    angles: bool,
 }
 
 impl<'a> Parser<'a> {
@@ -158,6 +169,7 @@ impl<'a> Parser<'a> {
             };
         }
         let unit = lookup(symbol).map_err(|error| self.with_meant(symbol, error))?;
+        let unit = if self.angles { angle(symbol) } else { unit };
         let exponent = self.exponent()?;
         Unit::ONE.times(&unit, exponent).ok_or_else(too_large)
     }
@@ -243,6 +255,13 @@ fn lookup(text: &str) -> Result<Unit, UnitError> {
         help: suggestion(text),
         meant: None,
     })
+}
+
+/// A unit with the last dimension for a symbol of a plane angle, the number one for all others.
+fn angle(symbol: &str) -> Unit {
+    let prefixed = || PREFIXES.iter().any(|(prefix, _)| symbol.strip_prefix(prefix) == Some("rad"));
+    let is_angle = ["rad", "deg", "rev", "rpm"].contains(&symbol) || prefixed();
+    Unit { dimension: Dimension::whole([0, 0, 0, 0, 0, 0, i32::from(is_angle)]), ..Unit::ONE }
 }
 
 /// `factor * 10^power` without the rounding of a power computed as such: kg is exactly 1.

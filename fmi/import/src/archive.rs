@@ -87,8 +87,7 @@ impl Unit {
         let bytes =
             bytes.ok_or_else(|| Fault::new(format!("it is not a unit: there is no `{DESCRIPTION}` in the archive")))?;
         let mut description = Description::read(&bytes)?;
-        check_libraries(&description, &entries)?;
-        let mut notes = Vec::new();
+        let mut notes: Vec<String> = without_library(&mut description, &entries)?.into_iter().collect();
         if let Some(bytes) = whole(archive, TERMINALS)? {
             match terminals::read(&bytes) {
                 Ok(terminals) => description.terminals = terminals,
@@ -151,25 +150,34 @@ fn library(version: Version, identifier: &str) -> String {
     format!("binaries/{}/{identifier}.{ending}", platform(version))
 }
 
-/// There is a library for this machine for everything that the unit offers.
-fn check_libraries(description: &Description, entries: &BTreeSet<String>) -> Result<(), Fault> {
-    for interface in [&description.exchange, &description.stepping].into_iter().flatten() {
-        if entries.contains(&library(description.version, &interface.identifier)) {
-            continue;
-        }
-        let binaries = entries.iter().filter_map(|entry| entry.strip_prefix("binaries/")?.split_once('/'));
-        let folders: BTreeSet<&str> = binaries.filter(|(_, file)| !file.is_empty()).map(|(folder, _)| folder).collect();
-        let own = platform(description.version);
-        let has = match folders.len() {
-            0 => "it has no libraries at all, perhaps only source text, and hyd compiles none".to_string(),
-            _ if folders.contains(own.as_str()) => {
-                format!("`{}` is not there", library(description.version, &interface.identifier))
-            }
-            _ => format!("it has libraries for {}", folders.into_iter().collect::<Vec<_>>().join(", ")),
-        };
-        return Err(Fault::new(format!("the unit has no library for this machine ({own}): {has}")));
+/// Takes back what the unit offers without a library for this machine; a sentence on that.
+///
+/// # Errors
+/// Nothing is left.
+fn without_library(description: &mut Description, entries: &BTreeSet<String>) -> Result<Option<String>, Fault> {
+    let version = description.version;
+    let is_there = |interface: &Interface| entries.contains(&library(version, &interface.identifier));
+    let both = [("model exchange", &description.exchange), ("co-simulation", &description.stepping)];
+    let offered = both.into_iter().filter_map(|(name, interface)| Some((name, interface.as_ref()?)));
+    let missing: Vec<(&str, String)> = offered
+        .filter(|(_, interface)| !is_there(interface))
+        .map(|(name, interface)| (name, library(version, &interface.identifier)))
+        .collect();
+    description.exchange = description.exchange.take().filter(is_there);
+    description.stepping = description.stepping.take().filter(is_there);
+    let Some((name, file)) = missing.first() else { return Ok(None) };
+    if description.exchange.is_some() || description.stepping.is_some() {
+        return Ok(Some(format!("the unit offers {name}, but its library `{file}` is not there")));
     }
-    Ok(())
+    let binaries = entries.iter().filter_map(|entry| entry.strip_prefix("binaries/")?.split_once('/'));
+    let folders: BTreeSet<&str> = binaries.filter(|(_, file)| !file.is_empty()).map(|(folder, _)| folder).collect();
+    let own = platform(version);
+    let has = match folders.len() {
+        0 => "it has no libraries at all, perhaps only source text, and hyd compiles none".to_string(),
+        _ if folders.contains(own.as_str()) => format!("`{file}` is not there"),
+        _ => format!("it has libraries for {}", folders.into_iter().collect::<Vec<_>>().join(", ")),
+    };
+    Err(Fault::new(format!("the unit has no library for this machine ({own}): {has}")))
 }
 
 /// Refuses what an archive of a unit never has; gives the names of its files.

@@ -231,7 +231,7 @@ impl Exchange {
     }
 
     fn failure(&self) -> EvalFailure {
-        EvalFailure { reason: self.driver.remote.why().to_string(), ..EvalFailure::default() }
+        foreign(self.driver.remote.why().to_string())
     }
 
     /// Takes over what an update gives; the states stand in `start` then.
@@ -323,9 +323,8 @@ impl DaeSystem for Exchange {
     fn bind(&mut self, t0: f64) -> Result<(), EvalFailure> {
         self.instants = Instants::of_run(t0);
         self.ended = false;
-        let reason = |reason: String| EvalFailure { reason, ..EvalFailure::default() };
-        self.driver.revive().map_err(|fault| reason(fault.to_string()))?;
-        let beginning = self.driver.beginning(t0).map_err(reason)?;
+        self.driver.revive().map_err(|fault| foreign(fault.to_string()))?;
+        let beginning = self.driver.beginning(t0).map_err(foreign)?;
         self.twins.begin(&beginning);
         let mut update = Update::default();
         let started = self.driver.remote.ask(Operation::Start, |writer| beginning.write(writer)).map(|mut reader| {
@@ -480,7 +479,8 @@ impl DaeSystem for Exchange {
     }
 
     fn diagnose_initial(&mut self, _t0: f64, _z: &[f64]) -> Option<EvalFailure> {
-        None
+        let remote = &self.driver.remote;
+        (remote.fault.is_some() || remote.discarded.is_some()).then(|| self.failure())
     }
 
     fn homotopy(&mut self) -> Option<&mut dyn Homotopy> {
@@ -554,4 +554,9 @@ impl Steps for Exchange {
         // Ending is an event, too: its pass says so.
         Ok(event || terminate)
     }
+}
+
+/// A failure of equations that are those of another tool.
+pub(crate) fn foreign(reason: String) -> EvalFailure {
+    EvalFailure { reason, is_foreign: true, ..EvalFailure::default() }
 }

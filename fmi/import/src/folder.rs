@@ -5,8 +5,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+/// What names of these folders begin with.
+const BEGIN: &str = "hyd-unit";
+/// A folder that nobody removed is lost after this time: the number of its process may mean another one in a container beside.
+const LOST: Duration = Duration::from_secs(24 * 3600);
 /// Names that are tried before giving up.
 const ATTEMPTS: u32 = 100;
 
@@ -21,7 +25,9 @@ pub(crate) struct Folder {
 impl Folder {
     /// Makes one below the folder of temporary files that only this user can enter.
     pub(crate) fn new() -> io::Result<Self> {
-        let path = unused(&std::env::temp_dir(), "hyd-unit", |path| {
+        let all = std::env::temp_dir();
+        remove_lost(&all);
+        let path = unused(&all, BEGIN, |path| {
             let mut builder = DirBuilder::new();
             #[cfg(unix)]
             std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
@@ -39,6 +45,29 @@ impl Drop for Folder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.path);
     }
+}
+
+/// Removes the folders of processes that were killed before they could do so.
+fn remove_lost(all: &Path) {
+    for entry in std::fs::read_dir(all).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let parts = name.to_str().and_then(|name| name.strip_prefix(BEGIN)?.strip_prefix('-')?.split('-').next());
+        let Some(process) = parts.and_then(|number| number.parse::<i32>().ok()) else { continue };
+        let age = entry.metadata().and_then(|found| found.modified()).ok().and_then(|made| made.elapsed().ok());
+        if age.is_some_and(|age| age > LOST) && !is_alive(process) {
+            let _ = std::fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
+#[cfg(unix)]
+fn is_alive(process: i32) -> bool {
+    nix::sys::signal::kill(nix::unistd::Pid::from_raw(process), None) != Err(nix::errno::Errno::ESRCH)
+}
+
+#[cfg(not(unix))]
+fn is_alive(_process: i32) -> bool {
+    true
 }
 
 /// Makes something under a name that nothing has; gives the name and what was made.

@@ -159,7 +159,11 @@ impl Remote {
         }
         let (area, path) = Area::create(words).map_err(failed)?;
         let (own, other) = pair().inspect_err(|_| drop(std::fs::remove_file(&path))).map_err(failed)?;
-        let begun = Command::new(&host.program)
+        let mut command = Command::new(&host.program);
+        // What the unit begins for itself ends with it.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let begun = command
             .args(&host.arguments)
             .arg(&path)
             .arg(folder.path())
@@ -278,8 +282,7 @@ impl Remote {
             return Ok(());
         };
         if let Place::Far(Far { child, .. }) = &mut self.place {
-            let _ = child.kill();
-            let _ = child.wait();
+            end(child);
         }
         self.is_gone = true;
         Err(self.lose(&sentence))
@@ -296,16 +299,25 @@ impl Remote {
         }
         let how = match ended {
             Ok(Some(status)) => how(status),
-            _ => {
-                let _ = child.kill();
-                let _ = child.wait();
-                "closed its connection".to_string()
-            }
+            _ => "closed its connection".to_string(),
         };
+        end(child);
         self.is_gone = true;
         let running = self.running();
         self.lose(&format!("the unit {how} {running}"))
     }
+}
+
+/// Ends a process with all that it has begun.
+fn end(child: &mut Child) {
+    #[cfg(unix)]
+    if let Ok(id) = i32::try_from(child.id()) {
+        use nix::sys::signal::{Signal, killpg};
+        // An error says that nobody is left.
+        let _ = killpg(nix::unistd::Pid::from_raw(id), Signal::SIGKILL);
+    }
+    let _ = child.kill();
+    let _ = child.wait();
 }
 
 /// A socket and its other end as the standard input of a process.
@@ -359,16 +371,12 @@ impl Drop for Remote {
             let _ = self.ask(Operation::End, |_| {});
         }
         let Place::Far(Far { child, .. }) = &mut self.place else { return };
-        if is_lost {
-            let _ = child.kill();
-        }
         if !self.is_gone {
             let begin = Instant::now();
-            while matches!(child.try_wait(), Ok(None)) && begin.elapsed() < ENDING {
+            while !is_lost && matches!(child.try_wait(), Ok(None)) && begin.elapsed() < ENDING {
                 std::thread::sleep(Duration::from_millis(1));
             }
-            let _ = child.kill();
-            let _ = child.wait();
+            end(child);
         }
     }
 }

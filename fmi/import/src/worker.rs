@@ -105,6 +105,8 @@ fn watch(folder: PathBuf) {
             std::thread::sleep(WATCH);
             if std::os::unix::process::parent_id() != parent {
                 let _ = std::fs::remove_dir_all(&folder);
+                // All of the group that this process leads, what the unit has begun and this process itself.
+                let _ = nix::sys::signal::killpg(nix::unistd::getpgrp(), nix::sys::signal::Signal::SIGKILL);
                 std::process::exit(1);
             }
         }

@@ -25,7 +25,11 @@ pub(crate) fn read<'a>(text: &'a str, place: &str) -> Result<Document<'a>, Fault
         let line = error.pos().row;
         // The reader ends its sentences with a place of its own.
         let reason = error.to_string();
-        let reason = reason.split(" at ").next().unwrap_or_default().to_string();
+        let is_place = |tail: &str| tail.chars().all(|c| c.is_ascii_digit() || c == ':');
+        let reason = match reason.rsplit_once(" at ") {
+            Some((sentence, tail)) if is_place(tail) => sentence,
+            _ => reason.as_str(),
+        };
         Fault::new(format!("{place}, line {line}: {reason}"))
     })
 }

@@ -8,9 +8,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use hyd_fmi::{Catalogue, Meaning};
-use hyd_payload::{Instance, Loaded};
+use hyd_payload::{Instance, Loaded, outside_limits};
 use hyd_runtime::{Exchange, Onward, Options};
-use hyd_system::{AssertionReport, Source, Structure};
+use hyd_system::{AssertionReport, DaeSystem, Source, Structure};
 
 use crate::fault::Fault;
 
@@ -86,6 +86,8 @@ pub(crate) struct Core {
     pub(crate) setup: Setup,
     pub(crate) system: Instance,
     pub(crate) engine: Engine,
+    /// A parameter has been set, so that one may be outside its limits.
+    pub(crate) parameters_set: bool,
     /// The values of the start are out of date.
     pub(crate) unstarted: bool,
     /// The communication point (s).
@@ -143,6 +145,7 @@ impl Core {
             setup: Setup { start, stop: None, tolerance: None },
             system,
             engine: Engine::None,
+            parameters_set: false,
             unstarted: true,
             at: start,
             disturbed: false,
@@ -215,6 +218,15 @@ impl Core {
         let tolerance = tolerance.or(model.experiment.tolerance).unwrap_or(TOLERANCE);
         let tolerance = tolerance.clamp(TOLERANCES.0, TOLERANCES.1);
         let failed = |error: hyd_runtime::SolveError| Fault { harmless: true, ..Fault::end(&error) };
+        // Where values cannot be bound, the start says why.
+        let limits = &model.parameters.limits;
+        if self.parameters_set
+            && !limits.is_empty()
+            && self.system.bind(start).is_ok()
+            && let Some(sentence) = outside_limits(limits, &self.system)
+        {
+            return Err(Fault::usage(sentence));
+        }
         match self.kind {
             Kind::Exchange => {
                 let mut exchange = Box::new(Exchange::new(&model.structure, self.system.is_affine()));

@@ -84,6 +84,7 @@ impl Core {
         if !t.is_finite() {
             return Err(Fault::usage(format!("the time {t} is not a number")));
         }
+        // The stop time is no bound here: integrators in use try points beyond it on their last step, and have no answer to an error.
         self.exchange()?.0.set_time(t);
         self.fresh = false;
         Ok(())

@@ -283,7 +283,7 @@ pub extern "C" fn fmi2GetFMUstate(handle: Handle, state: *mut *mut c_void) -> St
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SetFMUstate(handle: Handle, state: *mut c_void) -> StatusCode {
     enter_again(handle, |component| {
-        component.core = saved(state)?.0.clone();
+        component.core.take_state(&saved(state)?.0)?;
         component.last = component.core.at;
         Ok(())
     })

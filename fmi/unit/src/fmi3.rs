@@ -273,7 +273,7 @@ pub extern "C" fn fmi3GetFMUState(handle: Handle, state: *mut *mut c_void) -> St
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3SetFMUState(handle: Handle, state: *mut c_void) -> StatusCode {
     enter_again(handle, |component| {
-        component.core = saved(state)?.0.clone();
+        component.core.take_state(&saved(state)?.0)?;
         Ok(())
     })
 }

@@ -43,6 +43,18 @@ impl Core {
         Ok(out)
     }
 
+    /// The unit as it was when a state was kept.
+    ///
+    /// # Errors
+    /// The state is one of another unit, or of the same in another kind of use.
+    pub(crate) fn take_state(&mut self, kept: &Core) -> Result<(), Fault> {
+        if hyd_token(self) != hyd_token(kept) || (self.kind, self.manners) != (kept.kind, kept.manners) {
+            return Err(Fault::usage("the state is not one of this instance"));
+        }
+        self.clone_from(kept);
+        Ok(())
+    }
+
     /// A state that goes on from bytes; `self` is as it was.
     ///
     /// # Errors
@@ -71,6 +83,7 @@ impl Core {
             return Err(damaged());
         }
         (core.fresh, core.disturbed, core.waiting) = (false, false, false);
+        core.parameters_set = true;
         core.unsettled = None;
         core.sloped.fill(false);
         (core.ended, core.reports) = (None, Vec::new());

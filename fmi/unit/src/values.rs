@@ -242,14 +242,17 @@ impl Core {
         let value = if source.negated { -value } else { value };
         let set = self.system.set_parameter(k as usize, value);
         set.map_err(|_| Fault::usage(format!("`{}` cannot be {value}: it is not a value of its type", name())))?;
-        (self.unstarted, self.fresh) = (true, false);
+        (self.unstarted, self.fresh, self.parameters_set) = (true, false, true);
         Ok(())
     }
 
     /// Lets an input rise by a slope from its present value on.
     pub(crate) fn set_slope(&mut self, reference: u32, slope: f64) -> Result<(), Fault> {
         let site = match self.known.catalogue.meaning(reference) {
-            Some(Meaning::Element(variable, element)) => self.known.inputs.get(&(variable, element)).copied(),
+            Some(Meaning::Element(variable, element)) => {
+                check_kind(&self.known.loaded.model.tables.variables[variable], element, Wanted::Real)?;
+                self.known.inputs.get(&(variable, element)).copied()
+            }
             _ => None,
         };
         let site = site.ok_or_else(|| Fault::usage(format!("the variable {reference} is not an input")))?;

@@ -54,6 +54,7 @@ pub use loaded::Loaded;
 pub use mapping::{Code, NativeCode};
 pub use model::{
     Check, Checked, Experiment, Identity, InitialTransfer, Limit, MessagePiece, Model, OutputRow, Parameters,
+    outside_limits,
 };
 pub use names::{Name, Names, RowNames, Wrap};
 pub use program::Place;

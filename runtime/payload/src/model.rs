@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use hyd_system::{AssertionReport, CheckKind, Structure, Tables, TextFormat, ValueKind};
+use hyd_system::{AssertionReport, CheckKind, DaeSystem, Structure, Tables, TextFormat, ValueKind, given};
 
 use crate::mapping::Code;
 use crate::names::{Name, Names, RowNames};
@@ -154,6 +154,23 @@ pub struct Limit {
     pub min: f64,
     /// `max`, infinity if there is none.
     pub max: f64,
+}
+
+/// The first parameter or constant whose value is outside its limits, as a sentence; the system has been bound.
+pub fn outside_limits(limits: &[Limit], system: &dyn DaeSystem) -> Option<String> {
+    let tables = system.tables();
+    limits.iter().find_map(|limit| {
+        let variable = tables.variables.get(limit.variable as usize)?;
+        let source = variable.sources.get(limit.element as usize)?;
+        let value = match source.place {
+            hyd_system::Place::Parameter(k) => *system.parameters().get(k as usize)?,
+            hyd_system::Place::Constant(value) => value,
+            hyd_system::Place::Output(_) => return None,
+        };
+        let value = if source.negated { -value } else { value };
+        let name = || variable.name.element(limit.element as usize);
+        given::outside(name, &variable.kind, value, (limit.min, limit.max)).map(|outside| outside.message)
+    })
 }
 
 /// An assertion or termination.

@@ -115,7 +115,7 @@ impl Instance {
             };
             let equation = Some(condition.equation).filter(|_| name.is_none());
             let contradicts = Some(contradicts);
-            Some(EvalFailure { equation, variable: name, reason, contradicts, reads: Vec::new() })
+            Some(EvalFailure { equation, variable: name, reason, contradicts, ..EvalFailure::default() })
         })
     }
 

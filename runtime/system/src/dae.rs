@@ -144,6 +144,8 @@ pub struct EvalFailure {
     pub contradicts: Option<Contradicted>,
     /// What it was computed from, where that is known: parameters, states, the time, discrete variables.
     pub reads: Vec<Reading>,
+    /// The equations are those of another tool, so that nothing can be proposed on how they are written.
+    pub is_foreign: bool,
 }
 
 /// Why a value of a function that nothing has set is not a number.

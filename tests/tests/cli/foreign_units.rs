@@ -572,3 +572,51 @@ fn what_a_block_says_of_its_unit_is_checked() {
         assert_eq!((outcome.code, outcome.stderr.contains(said)), (Some(code), true), "{}", outcome.stderr);
     }
 }
+
+/// A library that is missing takes one kind of use away and not the other.
+#[test]
+fn one_library_is_enough() {
+    let scratch = Scratch::new();
+    build(&scratch, MASS, "2.0");
+    let mut entries = entries(&scratch.path().join("case.fmu"));
+    let description = entries.iter_mut().find(|(name, _)| name == "modelDescription.xml").unwrap();
+    let text = String::from_utf8(std::mem::take(&mut description.1)).unwrap();
+    let (before, after) = text.split_once("<CoSimulation modelIdentifier=\"Mass\"").unwrap();
+    description.1 = format!("{before}<CoSimulation modelIdentifier=\"Other\"{after}").into_bytes();
+    scratch.write("half.fmu", pack(&entries, true));
+    done(&run(scratch.path(), &["simulate", "half.fmu", "--result", "r.csv"]));
+    let told = run(scratch.path(), &["unit", "half.fmu"]);
+    done(&told);
+    assert!(told.stderr.contains("co-simulation, but its library `binaries/"), "{}", told.stderr);
+    assert!(told.stdout.contains("\nmodel exchange\n"), "{}", told.stdout);
+    let refused = run(scratch.path(), &["simulate", "half.fmu", "--as", "co-simulation"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+}
+
+/// What no block can run is no block, and results are not read from units.
+#[test]
+fn what_a_unit_is_not_for_is_said_at_once() {
+    let scratch = Scratch::new();
+    let text =
+        "model Late input Real u; Real x(start = 1, fixed = true); equation der(x) = u - delay(x, 0.5); end Late;";
+    build(&scratch, text, "3.0");
+    let refused = run(scratch.path(), &["unit", "case.fmu", "-o", "block.hyd"]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("for co-simulation alone"), "{}", refused.stderr);
+    assert!(!scratch.path().join("block.hyd").exists());
+    let refused = run(scratch.path(), &["plot", "case.fmu"]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("holds no results; `hyd simulate case.fmu"), "{}", refused.stderr);
+}
+
+/// A model within packages has a name with dots, which is one name where its unit is shown.
+#[test]
+fn a_unit_of_a_model_within_packages_is_shown() {
+    let scratch = Scratch::new();
+    scratch.write("case.hyd", format!("package Plant\n{MASS}end Plant;\n"));
+    let arguments = ["build", "case.hyd", "--model", "Plant.Mass", "--fmu", "3.0", "-o", "case.fmu"];
+    let output = command(scratch.path(), &arguments).env("HYD_UNIT", library()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    done(&run(scratch.path(), &["view", "case.fmu", "--output", "page.html"]));
+    assert!(scratch.read("page.html").contains("Plant.Mass"));
+}

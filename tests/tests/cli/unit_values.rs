@@ -269,3 +269,142 @@ fn an_entry_that_stands_twice_is_refused() {
     let said = String::from_utf8_lossy(&run.stderr);
     assert!(run.status.code() == Some(1) && said.contains("stands in the archive twice"), "{said}");
 }
+
+/// Commands that are no real numbers: x' = (±a) n, and an edge is counted.
+const COMMANDS: &str = "model Commands
+  type Gear = enumeration(off \"No force\", slow, fast) \"What is engaged\";
+  type Force = Real(quantity = \"Force\", unit = \"N\", min = 0);
+  input Boolean open(start = true);
+  input Integer n(start = 2);
+  input Gear gear;
+  input Boolean many[2];
+  parameter Force f(max = 10) = 1;
+  Real angle(quantity = \"Angle\", unit = \"rad\") = x;
+  Real x(start = 0, fixed = true);
+  discrete Integer count(start = 0, fixed = true);
+  output Integer twice = 2*n;
+  Gear told = gear;
+equation
+  der(x) = (if open then 1 else -1)*n + (if gear == Gear.fast then 100 else 0) + (if many[2] then 1000 else 0);
+  when open then
+    count = pre(count) + 1;
+  end when;
+end Commands;";
+
+/// Inputs of type Boolean, Integer and enumeration are inputs of the unit, in either kind of use, and what they start.
+#[test]
+fn commands_are_inputs_and_cause_events() {
+    let unit = make("commands", "3.0", COMMANDS);
+    let element = |name: &str| unit.attribute(&format!("<{name}"), "causality");
+    assert_eq!([element("Boolean name=\"open\""), element("Int64 name=\"n\"")], ["input", "input"]);
+    assert_eq!(unit.attribute("<Enumeration name=\"gear\"", "start"), "1");
+    assert_eq!(unit.attribute("<Boolean name=\"open\"", "variability"), "discrete");
+    let [open, n, gear, many, count, twice] =
+        ["open", "n", "gear", "many", "count", "twice"].map(|name| unit.reference(name));
+    let it = unit.stepping();
+    begin(it, 2.0);
+    let integer = |reference: u32| {
+        let mut value = i64::MIN;
+        assert_eq!(fmi3::fmi3GetInt64(it, &reference, 1, &mut value, 1), OK);
+        value
+    };
+    assert_eq!(step(it, 0.0, 0.5).0, OK);
+    // Once at the start, which is no edge.
+    assert_eq!((integer(count), integer(twice)), (0, 4));
+    assert_eq!(fmi3::fmi3SetBoolean(it, &open, 1, &0, 1), OK);
+    assert_eq!(step(it, 0.5, 0.5).0, OK);
+    assert!(unit.get(it, "x").abs() < 1e-9);
+    assert_eq!(fmi3::fmi3SetBoolean(it, &open, 1, &1, 1), OK);
+    assert_eq!(fmi3::fmi3SetInt64(it, &n, 1, &3, 1), OK);
+    assert_eq!(fmi3::fmi3SetInt64(it, &gear, 1, &3, 1), OK);
+    assert_eq!(fmi3::fmi3SetBoolean(it, &many, 1, [0, 1].as_ptr(), 2), OK);
+    assert_eq!(integer(twice), 6);
+    assert_eq!(step(it, 1.0, 0.5).0, OK);
+    assert!((unit.get(it, "x") - 551.5).abs() < 1e-6, "{}", unit.get(it, "x"));
+    assert_eq!(integer(count), 1);
+    // It is not a real number, so it has no slope.
+    assert_eq!(fmi3::fmi3SetFloat64(it, &open, 1, &0.5, 1), ERROR);
+    fmi3::fmi3FreeInstance(it);
+
+    let it = unit.exchange();
+    begin(it, 2.0);
+    let none = std::ptr::null_mut();
+    let settle = || fmi3::fmi3UpdateDiscreteStates(it, none, none, none, none, none, std::ptr::null_mut());
+    let rate = || {
+        let mut rate = f64::NAN;
+        assert_eq!(fmi3::fmi3GetContinuousStateDerivatives(it, &mut rate, 1), OK);
+        rate
+    };
+    assert_eq!(settle(), OK);
+    assert_eq!(fmi3::fmi3EnterContinuousTimeMode(it), OK);
+    assert!((rate() - 2.0).abs() < 1e-12);
+    for (value, expected) in [(0, -2.0), (1, 2.0)] {
+        assert_eq!(fmi3::fmi3EnterEventMode(it), OK);
+        assert_eq!(fmi3::fmi3SetBoolean(it, &open, 1, &value, 1), OK);
+        assert_eq!(settle(), OK);
+        assert_eq!(fmi3::fmi3EnterContinuousTimeMode(it), OK);
+        assert!((rate() - expected).abs() < 1e-12);
+    }
+    let mut counted = -1;
+    assert_eq!(fmi3::fmi3GetInt64(it, &count, 1, &mut counted, 1), OK);
+    assert_eq!(counted, 1);
+    fmi3::fmi3FreeInstance(it);
+}
+
+/// Types as they are declared, with quantities and what literals mean.
+#[test]
+fn declared_types_are_defined() {
+    for (version, gear, force, items) in [
+        ("2.0", "<SimpleType name=\"Commands.Gear\"", "<Real quantity=\"Force\"", "<Item name=\"off\""),
+        (
+            "3.0",
+            "<EnumerationType name=\"Commands.Gear\"",
+            "<Float64Type name=\"Commands.Force\"",
+            "<Item name=\"off\"",
+        ),
+    ] {
+        let unit = make("types", version, COMMANDS);
+        unit.attribute(gear, "name");
+        assert_eq!([unit.attribute(force, "unit"), unit.attribute(force, "min")], ["N", "0.0"], "{version}");
+        assert_eq!(unit.attribute(items, "description"), "No force");
+        assert_eq!(unit.attribute("<BaseUnit rad", "rad"), "1");
+        let declared = unit.description.matches("declaredType=\"Commands.Gear\"").count();
+        assert_eq!(declared, 2, "the input and the variable that follows it");
+        let at = unit.description.find("name=\"angle\"").expect("listed");
+        let rest = &unit.description[at..][..300];
+        assert!(rest.contains("quantity=\"Angle\"") && !rest[..rest.find("rad").unwrap()].contains("declaredType"));
+    }
+}
+
+/// A parameter outside its limits is refused as `hyd simulate` refuses it, and the unit goes on when it is put right.
+#[test]
+fn limits_of_parameters_hold() {
+    let unit = make("limits", "3.0", COMMANDS);
+    let f = unit.reference("f");
+    for it in [unit.stepping(), unit.exchange()] {
+        assert_eq!(fmi3::fmi3EnterInitializationMode(it, false, 0.0, 0.0, false, 0.0), OK);
+        assert_eq!(fmi3::fmi3SetFloat64(it, &f, 1, &11.0, 1), OK);
+        assert_eq!(fmi3::fmi3ExitInitializationMode(it), ERROR);
+        assert_eq!(fmi3::fmi3SetFloat64(it, &f, 1, &9.0, 1), OK);
+        assert_eq!(fmi3::fmi3ExitInitializationMode(it), OK);
+        fmi3::fmi3FreeInstance(it);
+    }
+}
+
+/// A state of the unit in model exchange is none of the unit in co-simulation.
+#[test]
+fn states_of_the_other_kind_are_refused() {
+    let unit = make("kinds", "3.0", COMMANDS);
+    let (steps, exchange) = (unit.stepping(), unit.exchange());
+    let mut state = std::ptr::null_mut();
+    begin(steps, 1.0);
+    begin(exchange, 1.0);
+    assert_eq!(fmi3::fmi3GetFMUState(steps, &mut state), OK);
+    assert_eq!(fmi3::fmi3SetFMUState(exchange, state), ERROR);
+    assert_eq!(fmi3::fmi3SetFMUState(steps, state), OK);
+    assert_eq!(step(steps, 0.0, 0.25).0, OK);
+    assert!((unit.get(steps, "x") - 0.5).abs() < 1e-9);
+    assert_eq!(fmi3::fmi3FreeFMUState(steps, &mut state), OK);
+    fmi3::fmi3FreeInstance(steps);
+    fmi3::fmi3FreeInstance(exchange);
+}

@@ -374,10 +374,6 @@ fn what_a_unit_cannot_be_is_said_when_it_is_made() {
     let (code, text) = build("model M Real x(start = 1, fixed = true); equation der(x) = -delay(x, 0.5); end M;");
     assert_eq!(code, Some(0), "{text}");
     assert!(text.contains("co-simulation only"), "{text}");
-    let (code, text) =
-        build("model M input Boolean b; Real x(start = 1, fixed = true); equation der(x) = if b then 1 else 2; end M;");
-    assert_eq!(code, Some(0), "{text}");
-    assert!(text.contains("`b`"), "{text}");
     fs::remove_dir_all(folder).expect("removed");
 }
 

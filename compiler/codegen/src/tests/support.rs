@@ -136,6 +136,7 @@ impl Maker {
             first,
             count,
             kind,
+            declared: None,
             variability,
             unit: Some("m".into()),
             element_units: Vec::new(),

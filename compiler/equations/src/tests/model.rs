@@ -75,6 +75,7 @@ impl Model {
             first: VarId(self.flat.scalars),
             count,
             kind: if matches!(kind, "boolean" | "internal") { ValueKind::Boolean } else { ValueKind::Real },
+            declared: None,
             variability,
             unit: None,
             element_units: Vec::new(),

@@ -4,9 +4,12 @@
 //! inputs can be set and varied, and a linear model has its inputs and outputs (Modelica 3.6, section 4.4.2.2 for the prefixes).
 //! A model with physical connectors on its outside is a component that needs a model around it (`component_balance`), so its inputs
 //! stay open too.  An input that is to follow recorded samples stays a variable, `u = recorded(u)`; who runs the model hands over the samples.
+//! One that is not of type Real is found from a number in the same way, at events: who hands over another number causes one.
 
 use hyd_instance::{InstId, ScalarType};
+use hyd_symbolic::{Function, Relation};
 use hyd_syntax::tree::{ClassKind, Direction, Variability};
+use hyd_system::ValueKind;
 
 use crate::model::{DrivenBlock, Section, VarId};
 use crate::state::flattener::Flattener;
@@ -78,14 +81,24 @@ impl Flattener<'_, '_> {
         at == Some(self.tree.root)
     }
 
-    /// Whether it is a continuous input of type Real of which at least one element is to follow recorded samples.
+    /// Whether at least one element of an input is to be given from outside: those of type Real by their names, all others only with every
+    /// input, because samples between which a number goes on mean nothing for them.
     fn is_to_be_driven(&self, inst: InstId) -> bool {
         let instance = &self.scopes.instances[inst];
-        let is_real = instance.primitive.as_ref().is_some_and(|primitive| primitive.scalar == ScalarType::Real);
-        let path = self.name_pattern(inst).parts.into_iter().map(|(text, _)| text.to_string()).collect::<String>();
-        let bare = |name: &String| bare_name(name) == path;
-        let named = |name: &String| name == EVERY_INPUT || bare(name);
-        is_real && instance.variability == Variability::Continuous && self.driven.iter().any(named)
+        let Some(primitive) = &instance.primitive else { return false };
+        let every = self.driven.iter().any(|name| name == EVERY_INPUT);
+        match primitive.scalar {
+            ScalarType::Real => {
+                let parts = self.name_pattern(inst).parts.into_iter();
+                let path = parts.map(|(text, _)| text.to_string()).collect::<String>();
+                let is_named = || self.driven.iter().any(|name| bare_name(name) == path);
+                instance.variability == Variability::Continuous && (every || is_named())
+            }
+            ScalarType::Integer | ScalarType::Boolean | ScalarType::Enumeration(_) => {
+                every && instance.variability >= Variability::Discrete
+            }
+            ScalarType::Text | ScalarType::Object | ScalarType::Clock => false,
+        }
     }
 
     /// The equations of inputs that follow recorded samples.
@@ -94,6 +107,7 @@ impl Flattener<'_, '_> {
             let Some(&block) = self.blocks.get(&inst) else { continue };
             let block = &self.model.variables[block];
             let (variable, count, origin) = (block.first, block.count, block.origin.clone());
+            let kind = block.kind.clone();
             if count == 0 {
                 continue;
             }
@@ -105,7 +119,20 @@ impl Flattener<'_, '_> {
                 self.model.templates.arena.slot(slot)
             };
             let (input, recorded) = (slot(Kind::Var, variable), slot(Kind::Input, VarId(first)));
-            self.emit(Section::Continuous, input, recorded, &[count as usize], &origin);
+            let arena = &mut self.model.templates.arena;
+            let (section, value) = match kind {
+                ValueKind::Real => (Section::Continuous, recorded),
+                ValueKind::Boolean => {
+                    let half = arena.constant(0.5);
+                    (Section::Discrete, arena.compare(Relation::GreaterEqual, recorded, half))
+                }
+                ValueKind::Integer | ValueKind::Enumeration(_) => {
+                    let half = arena.constant(0.5);
+                    let above = arena.add(recorded, half);
+                    (Section::Discrete, arena.call1(Function::Floor, above))
+                }
+            };
+            self.emit(section, input, value, &[count as usize], &origin);
         }
     }
 

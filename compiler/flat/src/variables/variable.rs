@@ -11,7 +11,7 @@ use hyd_syntax::tree::{ClassBody, Direction, Variability as Declared};
 use hyd_system::{NamePattern, Settable, ValueKind, Variability};
 use hyd_typed::Expr;
 
-use crate::model::{BlockId, Operand, PerElement, Section, StateSelect, VarId, VariableBlock};
+use crate::model::{BlockId, DeclaredType, Operand, PerElement, Section, StateSelect, VarId, VariableBlock};
 use crate::state::context::{Context, Fail};
 use crate::state::flattener::{Flattener, scale};
 use crate::state::index::{Affine, Kind, SlotKey};
@@ -73,6 +73,7 @@ impl Flattener<'_, '_> {
             first: VarId(self.model.scalars),
             count: count as u32,
             kind,
+            declared: None,
             variability,
             unit: None,
             element_units: Vec::new(),
@@ -143,6 +144,7 @@ impl Flattener<'_, '_> {
         self.model.variables[block].unit = self.text_attribute(inst, "unit");
         self.model.variables[block].element_units = self.element_units(inst);
         self.model.variables[block].display_unit = self.text_attribute(inst, "displayUnit");
+        self.model.variables[block].declared = self.declared_type(inst).map(Arc::new);
         self.check_attributes(inst);
         if let Some(values) = self.element_values(inst, "fixed") {
             let flags = |v: &Value| matches!(v, Value::Boolean(true));
@@ -252,6 +254,19 @@ impl Flattener<'_, '_> {
                 None
             }
         }
+    }
+
+    fn declared_type(&mut self, inst: InstId) -> Option<DeclaredType> {
+        let quantity = self.text_attribute(inst, "quantity").filter(|quantity| !quantity.is_empty());
+        let instance = &self.scopes.instances[inst];
+        let (class, literals) = match &instance.primitive.as_ref()?.scalar {
+            ScalarType::Enumeration(of) => {
+                let descriptions = of.descriptions.iter().map(|text| text.as_deref().unwrap_or_default().into());
+                (Some((*of.name).into()), descriptions.collect())
+            }
+            _ => (instance.class.map(|class| self.scopes.table.full_name(class).into()), Vec::new()),
+        };
+        (class.is_some() || quantity.is_some()).then_some(DeclaredType { class, quantity, literals })
     }
 
     /// Value of an attribute at translation. A `nominal` value fixes no parameter that it is computed from.

@@ -40,7 +40,8 @@ pub(crate) fn predefined_enumeration(name: &str) -> Option<Arc<EnumType>> {
         "AssertionLevel" => &["warning", "error"],
         _ => return None,
     };
-    Some(Arc::new(EnumType { name: name.into(), literals: literals.iter().map(|&l| l.into()).collect() }))
+    let literals = literals.iter().map(|&literal| literal.into()).collect();
+    Some(Arc::new(EnumType { name: name.into(), literals, descriptions: Vec::new() }))
 }
 
 /// The level of what stands in no class.
@@ -437,8 +438,10 @@ impl Scopes<'_> {
             && let Some(frame) = shape.frames.last()
             && let ClassBody::Enumeration(Some(literals)) = &self.table.class(frame.class).def.body
         {
-            let literals = literals.iter().map(|l| l.name.name.clone()).collect();
-            found = Some(Arc::new(EnumType { name: self.table.original_name(frame.class).into(), literals }));
+            let name = self.table.original_name(frame.class).into();
+            let descriptions = literals.iter().map(|literal| literal.description.clone()).collect();
+            let literals = literals.iter().map(|literal| literal.name.name.clone()).collect();
+            found = Some(Arc::new(EnumType { name, literals, descriptions }));
         }
         self.enumerations.insert(class, found.clone());
         found

@@ -79,7 +79,8 @@ mod tests {
 
     #[test]
     fn literals_and_strings_need_no_more_than_their_name() {
-        let kind = Arc::new(EnumType { name: "P.E".into(), literals: vec!["a".into(), "b".into()] });
+        let kind =
+            Arc::new(EnumType { name: "P.E".into(), literals: vec!["a".into(), "b".into()], descriptions: Vec::new() });
         let scalar = ScalarType::Enumeration(kind.clone());
         for text in ["b", "E.b", "P.E.b"] {
             assert_eq!(read_value(&scalar, text, &[], &[]), Ok(Value::Enumeration(kind.clone(), 2)), "{text}");

@@ -14,6 +14,8 @@ pub struct EnumType {
     pub name: Name,
     /// Literals in order.
     pub literals: Vec<Name>,
+    /// Their descriptions; one for each, or none at all.
+    pub descriptions: Vec<Option<Name>>,
 }
 
 /// A value.

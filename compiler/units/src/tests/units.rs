@@ -143,6 +143,26 @@ fn familiar_names_are_preferred_in_print() {
     assert_eq!(to_text(&parse_unit("m(1/2)").expect("root")), "m(1/2)");
 }
 
+#[test]
+fn plane_angles_are_counted_apart() {
+    let table = [
+        ("rad", Some(1)),
+        ("deg/s2", Some(1)),
+        ("rpm", Some(1)),
+        ("mrad", Some(1)),
+        ("N.m/rad", Some(-1)),
+        ("kg.m2/rad2", Some(-2)),
+        ("N.m.s/(rad.K)", Some(-1)),
+        ("rad(1/2)", None),
+        ("cd", Some(0)),
+        ("Hz", Some(0)),
+        ("radian", None),
+    ];
+    for (text, power) in table {
+        assert_eq!(crate::plane_angle(text), power, "{text}");
+    }
+}
+
 proptest! {
     #[test]
     fn printed_units_read_back(exponents in proptest::array::uniform7(-6i32..7), den in 1i64..4) {

@@ -205,6 +205,9 @@ impl DaeSystem for Whole {
     }
 
     fn diagnose_initial(&mut self, t0: f64, z: &[f64]) -> Option<EvalFailure> {
+        if let Some(failure) = self.parts.iter_mut().find_map(|part| part.unit.diagnose_initial(t0, &[])) {
+            return Some(failure);
+        }
         self.tell_initial(z);
         self.text.diagnose_initial(t0, &z[..self.sizes.initial])
     }
