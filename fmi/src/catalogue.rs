@@ -4,8 +4,10 @@
 //! where the choice of states changes during the run the states at present and their rates, else rates that no variable of the model
 //! shows.  An array has the number of its first element.
 
+use std::collections::BTreeMap;
+
 use hyd_payload::Model;
-use hyd_system::{Place, Source, Tables, VariableInfo};
+use hyd_system::{Place, Settable, Source, Tables, VariableInfo};
 
 /// The value reference of the time.
 pub const TIME: u32 = 0;
@@ -112,6 +114,42 @@ impl Catalogue {
             }
             Some(k) => self.nameless.get(k - 2 * self.varying.unwrap_or(0)).map(|&state| Meaning::Rate(state)),
         }
+    }
+}
+
+/// Variables whose start value is a parameter of its own, `x.start`, which no importer sees: he sets the start of `x`.
+#[derive(Clone, Debug, Default)]
+pub struct Starts {
+    /// For each of them the variable that the parameter is.
+    pub parameter_of: BTreeMap<usize, usize>,
+}
+
+/// What names of such parameters end with.
+const START: &str = ".start";
+
+impl Starts {
+    /// Those of a model, by their names.
+    pub fn new(model: &Model) -> Self {
+        let variables = &model.tables.variables;
+        let is_open =
+            |info: &VariableInfo| info.protected && info.settable == Settable::Yes && !info.sources.is_empty();
+        let own = |info: &VariableInfo| info.name.element(0).strip_suffix(START).map(str::to_string);
+        let parameters = variables.iter().enumerate().filter(|(_, info)| is_open(info));
+        let parameters: BTreeMap<String, usize> = parameters.filter_map(|(k, info)| Some((own(info)?, k))).collect();
+        if parameters.is_empty() {
+            return Self::default();
+        }
+        let of = |(k, info): (usize, &VariableInfo)| {
+            let parameter = parameters.get(&info.name.element(0)).filter(|_| !info.name.derivative)?;
+            (variables[*parameter].sources.len() == info.sources.len()).then_some((k, *parameter))
+        };
+        let named = variables.iter().enumerate().filter(|(_, info)| !info.sources.is_empty());
+        Self { parameter_of: named.filter_map(of).collect() }
+    }
+
+    /// True for such a parameter.
+    pub fn holds(&self, variable: usize) -> bool {
+        self.parameter_of.values().any(|&parameter| parameter == variable)
     }
 }
 

@@ -244,6 +244,12 @@ impl Description<'_> {
         let calculated = calculated
             .map(|(k, entry)| if self.version == Version::Two { k as u64 + 1 } else { u64::from(entry.reference) });
         let mut unknown: Vec<u64> = outputs.iter().map(|own| own.0).chain(states).chain(calculated).collect();
+        // What is set is not found.
+        let set = entries.iter().enumerate().filter(|(_, entry)| !entry.start.is_empty());
+        let set: BTreeSet<u64> = set
+            .map(|(k, entry)| if self.version == Version::Two { k as u64 + 1 } else { u64::from(entry.reference) })
+            .collect();
+        unknown.retain(|own| !set.contains(own));
         unknown.sort_unstable();
         unknown.dedup();
         let depending = |document: &mut Document, name: &str, unknowns: &[(u64, Option<String>)]| {

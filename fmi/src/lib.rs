@@ -17,6 +17,6 @@ mod variables;
 mod xml;
 
 pub use archive::{INPUTS, PAYLOAD, Parts, identifier, pack, token};
-pub use catalogue::{Catalogue, Meaning, TIME};
+pub use catalogue::{Catalogue, Meaning, Starts, TIME};
 pub use description::{Descriptions, describe};
 pub use facts::{Bounds, DeclaredType, End, Facts, KnownUnit, Terminal, Version};

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hyd_payload::Model;
 use hyd_system::{Place, Settable, Source, ValueKind, Variability, VariableInfo};
 
-use crate::catalogue::{Catalogue, StateVariables, TIME};
+use crate::catalogue::{Catalogue, Starts, StateVariables, TIME};
 use crate::facts::{Bounds, DeclaredType, End, Facts, Version};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -124,7 +124,9 @@ impl Variables {
             ..Entry::plain("time".into(), TIME, "Time".into())
         }];
         let tables = &model.tables;
-        for (k, info) in tables.variables.iter().enumerate() {
+        let starts = Starts::new(model);
+        let hidden: BTreeSet<usize> = starts.parameter_of.values().copied().collect();
+        for (k, info) in tables.variables.iter().enumerate().filter(|(k, _)| !hidden.contains(k)) {
             if version == Version::Three && catalogue.is_array(k) {
                 entries.push(array(facts, (k, info), catalogue.element(k, 0)));
             } else {
@@ -136,6 +138,16 @@ impl Variables {
             Version::Three if catalogue.is_array(variable) => catalogue.element(variable, 0),
             _ => catalogue.element(variable, element),
         };
+        let of_reference: BTreeMap<u32, usize> =
+            entries.iter().enumerate().map(|(k, entry)| (entry.reference, k)).collect();
+        for (&variable, &parameter) in &starts.parameter_of {
+            for (element, source) in tables.variables[parameter].sources.iter().enumerate() {
+                let owner = of_reference.get(&whole(variable, element)).map(|&k| &mut entries[k]);
+                if let (Some(entry), Some(value)) = (owner, value_of(facts, source)) {
+                    entry.start.push(value);
+                }
+            }
+        }
         let (mut rates, mut rate_entry) = (Vec::new(), Vec::new());
         match catalogue.varying_states() {
             Some(count) => {
@@ -221,7 +233,9 @@ fn merge_aliases(
         _ => None,
     };
     let own: BTreeSet<u32> = rates.iter().flat_map(|&(rate, state)| [rate, state]).collect();
-    let stays = |entry: &Entry| own.contains(&entry.reference) || entry.causality != Causality::Local;
+    let stays = |entry: &Entry| {
+        own.contains(&entry.reference) || entry.causality != Causality::Local || !entry.start.is_empty()
+    };
     // A further name of an output counts as an output of its own for some importers of 3.0, which then miss it in the structure of the model.
     let owns = |entry: &Entry| stays(entry) && (version == Version::Two || entry.causality == Causality::Local);
     for entry in entries.iter().filter(|entry| entry.sizes.is_empty() && owns(entry)) {
@@ -296,6 +310,17 @@ fn array(facts: &Facts, (k, info): (usize, &VariableInfo), reference: u32) -> En
     Entry { sizes: sizes.clone(), ..entry }
 }
 
+/// A value that does not change during a run.
+fn value_of(facts: &Facts, source: &Source) -> Option<f64> {
+    let value = match source.place {
+        Place::Constant(value) => value,
+        Place::Parameter(k) => *facts.parameters.get(k as usize)?,
+        Place::Output(_) => return None,
+    };
+    let value = if source.negated { -value } else { value };
+    value.is_finite().then_some(value)
+}
+
 /// The value of an input without a start value.
 fn neutral(kind: &ValueKind) -> f64 {
     if matches!(kind, ValueKind::Enumeration(_)) { 1.0 } else { 0.0 }
@@ -307,16 +332,7 @@ fn entry(
     sources: &[Source],
     (reference, bounds): (u32, Bounds),
 ) -> Entry {
-    let fixed = |source: &Source| {
-        let value = match source.place {
-            Place::Constant(value) => value,
-            Place::Parameter(k) => *facts.parameters.get(k as usize)?,
-            Place::Output(_) => return None,
-        };
-        let value = if source.negated { -value } else { value };
-        value.is_finite().then_some(value)
-    };
-    let values: Option<Vec<f64>> = sources.iter().map(fixed).collect();
+    let values: Option<Vec<f64>> = sources.iter().map(|source| value_of(facts, source)).collect();
     let constant = info.variability == Variability::Constant || info.settable == Settable::Structural;
     let parameters = sources.iter().all(|source| matches!(source.place, Place::Parameter(_)));
     let moving = match (&info.kind, info.variability) {

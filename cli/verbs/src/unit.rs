@@ -46,6 +46,9 @@ pub struct UnitRun<'a> {
     pub drawn: bool,
 }
 
+/// What names of start values end with.
+const START: &str = ".start";
+
 /// True if a file is a unit by its name.
 pub fn is_unit(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(ENDING))
@@ -56,6 +59,7 @@ trait Settable {
     fn tables(&self) -> Arc<Tables>;
     fn set_number(&mut self, index: usize, value: f64) -> bool;
     fn set_text(&mut self, name: &str, text: &str) -> bool;
+    fn begin_with(&mut self, name: &str, value: f64) -> bool;
     fn outside(&self) -> Option<String>;
 }
 
@@ -68,6 +72,9 @@ impl Settable for Exchange {
     }
     fn set_text(&mut self, name: &str, text: &str) -> bool {
         Exchange::set_text(self, name, text).is_some()
+    }
+    fn begin_with(&mut self, name: &str, value: f64) -> bool {
+        Exchange::begin_with(self, name, value).is_some()
     }
     fn outside(&self) -> Option<String> {
         Exchange::outside(self)
@@ -83,6 +90,9 @@ impl Settable for Stepping {
     }
     fn set_text(&mut self, name: &str, text: &str) -> bool {
         Stepping::set_text(self, name, text).is_some()
+    }
+    fn begin_with(&mut self, name: &str, value: f64) -> bool {
+        Stepping::begin_with(self, name, value).is_some()
     }
     fn outside(&self) -> Option<String> {
         Stepping::outside(self)
@@ -148,7 +158,24 @@ impl UnitRun<'_> {
     fn set(&self, unit: &Unit, system: &mut dyn Settable) -> Result<(), Failure> {
         let mut numbers = Vec::new();
         for (name, text) in self.set {
-            let variable = unit.description.variables.iter().find(|variable| *variable.name == **name);
+            let named = |name: &str| unit.description.variables.iter().find(|variable| *variable.name == *name);
+            let variable = named(name);
+            if let (None, Some(state)) = (variable, name.strip_suffix(START)) {
+                let value = text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+                let value =
+                    value.ok_or_else(|| Failure::Fault(format!("`{name}={text}`: it needs a finite number")))?;
+                if named(state).is_some() {
+                    if !system.begin_with(state, value) {
+                        return Err(Failure::Fault(format!("the unit finds the start of `{state}` by itself")));
+                    }
+                    continue;
+                }
+            }
+            if variable.is_some_and(|own| unit.description.is_start_free(own)) {
+                return Err(Failure::Fault(format!(
+                    "`{name}` cannot be set: it is a variable, not a parameter; `--set {name}{START}={text}` sets its start value"
+                )));
+            }
             let is_text = variable.is_some_and(|v| v.kind == hyd_fmi_import::Kind::Text);
             let is_parameter = variable.is_some_and(|v| v.causality == hyd_fmi_import::Causality::Parameter);
             match (is_text, is_parameter) {

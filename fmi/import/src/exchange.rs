@@ -125,6 +125,11 @@ impl Exchange {
         self.driver.set_start(position, value);
     }
 
+    /// Lets the following runs begin with this value of a state; none where the unit has no state of that name, or finds its start by itself.
+    pub fn begin_with(&mut self, name: &str, value: f64) -> Option<()> {
+        self.driver.start_of(name).map(|position| self.driver.set_start(position, value))
+    }
+
     /// The first parameter that was set to a value outside its limits, as a sentence.
     pub fn outside(&self) -> Option<String> {
         self.driver.outside()

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use hyd_fmi::{Catalogue, Meaning};
+use hyd_fmi::{Catalogue, Meaning, Starts};
 use hyd_payload::{Instance, Loaded, outside_limits};
 use hyd_runtime::{Exchange, Onward, Options};
 use hyd_system::{AssertionReport, DaeSystem, Source, Structure};
@@ -72,6 +72,8 @@ pub(crate) struct Known {
     pub(crate) catalogue: Catalogue,
     /// Input site of an element of a variable.
     pub(crate) inputs: HashMap<(usize, usize), usize>,
+    /// Variables whose start can be set.
+    pub(crate) starts: Starts,
     /// What inputs are before anybody has said so.
     pub(crate) input_starts: Vec<f64>,
 }
@@ -130,6 +132,7 @@ impl Core {
         }
         let catalogue = Catalogue::new(model).ok_or("the model has more variables than there are numbers for them")?;
         let inputs = input_sites(model);
+        let starts = Starts::new(model);
         let mut system = loaded.instantiate();
         let row = vec![0.0; model.structure.outputs];
         let start = model.experiment.start.unwrap_or(0.0);
@@ -137,7 +140,7 @@ impl Core {
             system.hold_input(input, value, (0.0, start));
         }
         Ok(Self {
-            known: Arc::new(Known { loaded: loaded.clone(), catalogue, inputs, input_starts }),
+            known: Arc::new(Known { loaded: loaded.clone(), catalogue, inputs, starts, input_starts }),
             kind,
             manners,
             asked: (Vec::new(), Vec::new()),

@@ -225,6 +225,14 @@ impl Core {
             let slope = if sloped { self.system.line_of_input(site).map_or(0.0, |(_, slope, _)| slope) } else { 0.0 };
             return self.hold(site, value, slope);
         }
+        let tables = &known.loaded.model.tables;
+        let start = known.starts.parameter_of.get(&variable);
+        if start.is_some() && !matches!(self.mode, Mode::Instantiated | Mode::Initialization) {
+            let sentence = format!("`{}` has its start value set before the start alone", name());
+            return Err(Fault::usage(sentence));
+        }
+        // Who sets it sets what its start follows.
+        let info = start.map_or(info, |&parameter| &tables.variables[parameter]);
         let source = info.sources.get(element).ok_or_else(|| unknown(reference))?;
         let (Settable::Yes, Place::Parameter(k)) = (&info.settable, source.place) else {
             let reason = match info.settable {

@@ -533,7 +533,11 @@ fn what_a_block_says_of_its_unit_is_checked() {
             "variable = \"mm\"",
             "which has no parameter that can be set of that name; did you mean `m`?",
         ),
-        ("variable = \"x\"", "variable = \"y\"", "`a.x` is said to be `y` of the unit"),
+        (
+            "output Real x annotation(__hyd(variable = \"x\"))",
+            "output Real x annotation(__hyd(variable = \"y\"))",
+            "`a.x` is said to be `y` of the unit",
+        ),
         ("variable = \"f\"", "variable = \"x\"", "which has no input of that name"),
         ("file = \"case.fmu\"", "file = \"cases.fmu\"", "`cases.fmu`"),
         ("file = \"case.fmu\"", "file = 3", "the file of a unit is a string that is known at translation"),

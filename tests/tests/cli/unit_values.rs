@@ -408,3 +408,68 @@ fn states_of_the_other_kind_are_refused() {
     fmi3::fmi3FreeInstance(steps);
     fmi3::fmi3FreeInstance(exchange);
 }
+
+/// A start value that is a number and holds is set at the variable, before the start alone; one that follows from a parameter is set by that.
+#[test]
+fn start_values_of_states_can_be_set() {
+    let text = "model Starts
+      model Part Real h(start = 1, fixed = true); equation der(h) = -h; end Part;
+      Part part;
+      parameter Real z0 = 2;
+      Real z(start = z0, fixed = true);
+      Real x[3](start = {1, 2, 3}, each fixed = true);
+      Real w(start = 4);
+      output Real q(start = 5, fixed = true);
+    initial equation
+      w = 7;
+    equation
+      der(z) = -z; der(x) = -x; der(w) = -w; der(q) = -q;
+    end Starts;";
+    for version in ["2.0", "3.0"] {
+        let unit = make("starts", version, text);
+        let initial = |name: &str| unit.attribute(&format!("name=\"{name}\""), "initial");
+        let states = ["part.h", "q", if version == "2.0" { "x[2]" } else { "x" }];
+        assert_eq!(states.map(initial), ["exact"; 3].map(String::from), "{version}");
+        assert_eq!(["z", "w"].map(initial), ["calculated"; 2].map(String::from), "{version}");
+        assert!(!unit.description.contains("part.h.start"));
+    }
+    let unit = make("starts", "3.0", text);
+    let [h, x] = ["part.h", "x"].map(|name| unit.reference(name));
+    for it in [unit.stepping(), unit.exchange()] {
+        assert_eq!(fmi3::fmi3SetFloat64(it, &h, 1, &3.0, 1), OK);
+        assert_eq!(fmi3::fmi3EnterInitializationMode(it, true, 1e-8, 0.0, true, 1.0), OK);
+        assert_eq!(fmi3::fmi3SetFloat64(it, &x, 1, [4.0, 5.0, 6.0].as_ptr(), 3), OK);
+        assert_eq!(fmi3::fmi3ExitInitializationMode(it), OK);
+        assert_eq!([unit.get(it, "part.h"), unit.get(it, "q"), unit.get(it, "z")], [3.0, 5.0, 2.0]);
+        let mut found = [0.0; 3];
+        assert_eq!(fmi3::fmi3GetFloat64(it, &x, 1, found.as_mut_ptr(), 3), OK);
+        assert_eq!(found, [4.0, 5.0, 6.0]);
+        assert_eq!(fmi3::fmi3SetFloat64(it, &h, 1, &2.0, 1), ERROR, "after the start");
+        fmi3::fmi3FreeInstance(it);
+    }
+    let it = unit.stepping();
+    assert_eq!(fmi3::fmi3SetFloat64(it, &h, 1, &3.0, 1), OK);
+    begin(it, 1.0);
+    assert_eq!(step(it, 0.0, 1.0).0, OK);
+    assert!((unit.get(it, "part.h") - 3.0 * (-1.0_f64).exp()).abs() < 1e-6);
+    fmi3::fmi3FreeInstance(it);
+    // Given back, the start is set by the name of the variable with `.start`, as that of a text is.
+    for kind in ["model-exchange", "co-simulation"] {
+        let run = |set: &str| {
+            let arguments = ["simulate", "case.fmu", "--as", kind, "--set", set, "--stop", "1", "--result", "r.csv"];
+            hyd(&unit.folder, &arguments)
+        };
+        assert!(run("part.h.start=3").status.success());
+        let result = fs::read_to_string(unit.folder.join("r.csv")).expect("a result");
+        let column = result.lines().next().expect("names").split(',').position(|name| name == "part.h");
+        let last = result.lines().last().expect("rows").split(',').nth(column.expect("a column"));
+        let last: f64 = last.expect("a value").parse().expect("a number");
+        assert!((last - 3.0 * (-1.0_f64).exp()).abs() < 1e-5, "{kind}: {last}");
+        let refused = run("part.h=3");
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(!refused.status.success() && said.contains("`--set part.h.start=3` sets its start value"), "{said}");
+        let refused = run("w.start=3");
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(!refused.status.success() && said.contains("finds the start of `w` by itself"), "{said}");
+    }
+}

@@ -2,4 +2,5 @@
 
 pub(crate) mod element_names;
 pub(crate) mod given_value;
+pub(crate) mod open_start;
 pub(crate) mod variable;

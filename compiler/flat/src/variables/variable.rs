@@ -304,7 +304,11 @@ impl Flattener<'_, '_> {
             if !self.known_value(inst, &expr, "start value") {
                 return;
             }
-            self.applied_equation(inst, &applied, &expr, Section::Start, Kind::Start, false);
+            if self.is_open_start(inst, &expr) {
+                self.open_start(inst, &applied, &expr);
+            } else {
+                self.applied_equation(inst, &applied, &expr, Section::Start, Kind::Start, false);
+            }
         }
         let Some(primitive) = &self.scopes.instances[inst].primitive else { return };
         let binding = primitive.binding.clone();
@@ -453,7 +457,19 @@ impl Flattener<'_, '_> {
         kind: Kind,
         binding: bool,
     ) {
-        let block = &self.model.variables[self.blocks[&inst]];
+        self.equation_of_block(self.blocks[&inst], (inst, applied), expr, (section, kind), binding);
+    }
+
+    /// The same for a block of variables that has the sizes of the instance.
+    pub(crate) fn equation_of_block(
+        &mut self,
+        block: BlockId,
+        (inst, applied): (InstId, &Applied),
+        expr: &Expr,
+        (section, kind): (Section, Kind),
+        binding: bool,
+    ) {
+        let block = &self.model.variables[block];
         let (first, origin) = (block.first, block.origin.clone());
         let origin = Origin { span: expr.span, ..origin };
         let scalar = self.scopes.instances[inst].primitive.as_ref().map(|p| p.scalar.clone());
