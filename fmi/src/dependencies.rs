@@ -24,6 +24,16 @@ impl Dependencies {
         self.states.iter().map(|&state| self.of_found(state)).collect()
     }
 
+    /// For each unknown the residual that determines it, or its rate.
+    pub(crate) fn rows(&self) -> &[usize] {
+        &self.row_of
+    }
+
+    /// The unknowns that are states, in order.
+    pub(crate) fn states(&self) -> &[usize] {
+        &self.states
+    }
+
     /// The place of an unknown among the states, if it is one.
     pub(crate) fn state(&self, unknown: usize) -> Option<usize> {
         self.position.get(unknown).copied().flatten()

@@ -6,9 +6,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use hyd_payload::Model;
+use hyd_payload::program::Area;
 use hyd_system::{MemberKind, Place, ValueKind};
 
 use crate::archive::identifier;
+use crate::around::{Around, is_elsewhere, place_of};
 use crate::catalogue::{Catalogue, Meaning};
 use crate::dependencies::{Dependencies, dependencies};
 use crate::facts::{Facts, Version};
@@ -229,16 +231,17 @@ impl Description<'_> {
             Attributes::default().with(name, reference)
         };
         let known = dependencies(self.model);
+        let around = Around::new(self.model, self.catalogue, entries, known.as_ref());
         let outputs: Vec<(u64, Option<String>)> = entries
             .iter()
             .enumerate()
             .filter(|(_, entry)| entry.causality == Causality::Output)
             .map(|(k, entry)| {
                 let own = if self.version == Version::Two { k as u64 + 1 } else { u64::from(entry.reference) };
-                (own, self.of_output(known.as_ref(), entry, &refer))
+                (own, self.of_output((known.as_ref(), &around), entry, &refer))
             })
             .collect();
-        let rates = self.rates(known.as_ref(), &refer);
+        let rates = self.rates((known.as_ref(), &around), &refer);
         let states = self.variables.rates.iter().flat_map(|&(rate, state)| [state, rate]).map(&refer);
         let calculated = entries.iter().enumerate().filter(|(_, entry)| entry.causality == Causality::Calculated);
         let calculated = calculated
@@ -282,25 +285,26 @@ impl Description<'_> {
         });
     }
 
-    /// Each rate with the states, inputs and perhaps the time that it depends on, if that is known.
-    fn rates(&self, known: Option<&Dependencies>, refer: &impl Fn(u32) -> u64) -> Vec<(u64, Option<String>)> {
-        let of_rates = known.map(Dependencies::of_rates);
-        let around = self.around(refer);
+    /// Each rate with the states, inputs and the time that it may depend on, if that is known.
+    fn rates(
+        &self,
+        (known, around): (Option<&Dependencies>, &Around),
+        refer: &impl Fn(u32) -> u64,
+    ) -> Vec<(u64, Option<String>)> {
+        let known = known.map(|known| (known.of_rates(), known.states()));
         let of = |(k, &(rate, _)): (usize, &(u32, u32))| {
-            let depends = of_rates.as_ref().map(|known| {
-                let own = (0..known.len()).filter(|&state| self.variables.rate_entry[state] == k);
-                let states = own.flat_map(|state| &known[state]).map(|&state| refer(self.state_reference(state)));
-                ascending(states.chain(around.iter().copied()))
+            let depends = known.as_ref().map(|(of_rates, states)| {
+                let mut all = BTreeSet::new();
+                for state in (0..of_rates.len()).filter(|&state| self.variables.rate_entry[state] == k) {
+                    all.extend(of_rates[state].iter().map(|&state| refer(self.state_reference(state))));
+                    let place = hyd_payload::Place { area: Area::Rate, index: states[state] as u32 };
+                    all.extend(around.reaching(place).map(refer));
+                }
+                ascending(all.into_iter())
             });
             (refer(rate), depends)
         };
         self.variables.rates.iter().enumerate().map(of).collect()
-    }
-
-    /// Inputs and the time: which unknowns they reach is not known, so it may be each that equations determine.
-    fn around(&self, refer: &impl Fn(u32) -> u64) -> Vec<u64> {
-        let is_around = |entry: &&Entry| matches!(entry.causality, Causality::Input | Causality::Independent);
-        self.variables.entries.iter().filter(is_around).map(|entry| refer(entry.reference)).collect()
     }
 
     /// The number of a state, by its place among the states.
@@ -309,16 +313,27 @@ impl Description<'_> {
     }
 
     /// What an output depends on, if that is known: one that is a state on this alone, so that no importer takes it for a direct feedthrough of an input.
-    fn of_output(&self, known: Option<&Dependencies>, entry: &Entry, refer: &impl Fn(u32) -> u64) -> Option<String> {
+    fn of_output(
+        &self,
+        (known, around): (Option<&Dependencies>, &Around),
+        entry: &Entry,
+        refer: &impl Fn(u32) -> u64,
+    ) -> Option<String> {
         let known = known?;
         let row = &self.model.row;
         let Meaning::Element(variable, first) = self.catalogue.meaning(entry.reference)? else { return None };
         let count = entry.sizes.iter().product::<u32>() as usize;
         let mut all = BTreeSet::new();
         for source in self.model.tables.variables[variable].sources.get(first..first + count)? {
-            let Place::Output(place) = source.place else { continue };
-            // What is assigned, as discrete values are, may depend on anything.
-            let found = place.checked_sub(row.assigned)? as usize;
+            let Place::Output(output) = source.place else { continue };
+            if is_elsewhere(self.model, output) {
+                let place = place_of(self.model, output);
+                let states = around.states_reaching(place)?;
+                all.extend(states.into_iter().map(|state| refer(self.state_reference(state))));
+                all.extend(around.reaching(place).map(refer));
+                continue;
+            }
+            let found = (output - row.assigned) as usize;
             let n = row.unknowns as usize;
             if found < n
                 && let Some(state) = known.state(found)
@@ -326,9 +341,12 @@ impl Description<'_> {
                 all.insert(refer(self.state_reference(state)));
                 continue;
             }
-            let unknown = if found < n { found } else { *row.states.get(found - n)? as usize };
+            let (area, unknown) = match found.checked_sub(n) {
+                Some(k) => (Area::Rate, *row.states.get(k)? as usize),
+                None => (Area::Unknown, found),
+            };
             all.extend(known.of_found(unknown).into_iter().map(|state| refer(self.state_reference(state))));
-            all.extend(self.around(refer));
+            all.extend(around.reaching(hyd_payload::Place { area, index: unknown as u32 }).map(refer));
         }
         Some(ascending(all.into_iter()))
     }

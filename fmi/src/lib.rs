@@ -6,6 +6,7 @@
 //! Nothing is known of texts of models, of their translation or of how they are solved.
 
 mod archive;
+mod around;
 mod catalogue;
 mod dependencies;
 mod description;

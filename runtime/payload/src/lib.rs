@@ -35,6 +35,7 @@ pub mod memory;
 mod model;
 mod names;
 pub mod program;
+mod reach;
 mod routines;
 mod saved;
 mod search;
@@ -58,6 +59,7 @@ pub use model::{
 };
 pub use names::{Name, Names, RowNames, Wrap};
 pub use program::Place;
+pub use reach::{Reach, Reached};
 pub use routines::{
     DataArea, EventRoutines, Given, JacobianForm, PlanRoutines, Routines, Signed, SitePlaces, TimedRelation,
 };

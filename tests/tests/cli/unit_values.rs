@@ -473,3 +473,84 @@ fn start_values_of_states_can_be_set() {
         assert!(!refused.status.success() && said.contains("finds the start of `w` by itself"), "{said}");
     }
 }
+
+/// Rates and outputs name the inputs that reach them: directly, through equations, by a relation or at an event, and no others.
+#[test]
+fn inputs_are_named_where_they_reach() {
+    let text = "model Reach
+      input Real u;
+      input Real w;
+      input Real level;
+      input Boolean on;
+      input Real far[2];
+      Real x(start = 0, fixed = true);
+      Real z(start = 0, fixed = true);
+      Real slow(start = 0, fixed = true);
+      Real a;
+      Real b;
+      discrete Real kept(start = 0, fixed = true);
+      output Real through = 2*w + 1;
+      output Real state = x;
+      output Real mixed = a + z;
+      output Real stored = kept;
+      output Boolean high = level > 1;
+      output Real quiet = noEvent(if far[2] > 0 then slow else 0);
+    equation
+      a + b = u;
+      a - b = 3*x;
+      der(x) = a - x;
+      der(z) = if high then 1 else -z;
+      der(slow) = if on then far[1] else 0;
+      when on then
+        kept = w;
+      end when;
+    end Reach;";
+    for version in ["2.0", "3.0"] {
+        let unit = make("reach", version, text);
+        let arrays = version == "3.0";
+        // By position in 2.0, by number in 3.0.
+        let at = unit.description.find("<ModelVariables").expect("variables");
+        let names: Vec<&str> =
+            unit.description[at..].split("<").filter_map(|own| own.split(" name=\"").nth(1)).collect();
+        let names: Vec<&str> = names.iter().map(|own| own.split('"').next().expect("a name")).collect();
+        let number = |name: &str| match arrays {
+            true => unit.reference(name).to_string(),
+            false => (names.iter().position(|own| *own == name).expect(name) + 1).to_string(),
+        };
+        let structure = &unit.description[unit.description.find("<ModelStructure").expect("a structure")..];
+        let depends = |list: &str, name: &str| -> Vec<String> {
+            let part = if arrays { structure } else { structure.split(&format!("<{list}>")).nth(1).expect("a list") };
+            let (word, attribute) = match (arrays, list) {
+                (true, "Outputs") => ("<Output ", "valueReference"),
+                (true, _) => ("<ContinuousStateDerivative ", "valueReference"),
+                (false, _) => ("<Unknown ", "index"),
+            };
+            let begin = format!("{word}{attribute}=\"{}\"", number(name));
+            let element = part.split(&begin).nth(1).expect(name).split("/>").next().expect("closed");
+            let own = element.split("dependencies=\"").nth(1).expect("known").split('"').next().expect("closed");
+            let mut own: Vec<String> = own.split_whitespace().map(String::from).collect();
+            own.retain(|own| *own != number("time"));
+            own.sort();
+            own
+        };
+        let expected = |of: &[&str]| {
+            let mut own: Vec<String> = of.iter().map(|name| number(name)).collect();
+            own.sort();
+            own
+        };
+        let (far1, far2) = if arrays { ("far", "far") } else { ("far[1]", "far[2]") };
+        for (list, name, of) in [
+            ("Outputs", "through", &["w"][..]),
+            ("Outputs", "state", &["x"]),
+            ("Outputs", "mixed", &["u", "x", "z"]),
+            ("Outputs", "stored", &["on", "w"]),
+            ("Outputs", "high", &["level"]),
+            ("Outputs", "quiet", &["slow", far2]),
+            ("Derivatives", "der(x)", &["u", "x"]),
+            ("Derivatives", "der(z)", &["level", "z"]),
+            ("Derivatives", "der(slow)", &["on", far1]),
+        ] {
+            assert_eq!(depends(list, name), expected(of), "{version}: {name}");
+        }
+    }
+}
