@@ -41,7 +41,7 @@ pub use evidence::proof::Gap;
 pub use fault::Fault;
 pub use fit::Fit;
 pub use fit::profile::Profile;
-pub use fit::schedule::Record;
+pub use fit::schedule::{Attempt, Record};
 pub use import::{Asked, Assumptions, Content, Imported, Plan, RawFile};
 pub use machine::Machine;
 pub use machine::foreign::{Foreign, Joiner};

@@ -146,11 +146,6 @@ impl Starts {
         let named = variables.iter().enumerate().filter(|(_, info)| !info.sources.is_empty());
         Self { parameter_of: named.filter_map(of).collect() }
     }
-
-    /// True for such a parameter.
-    pub fn holds(&self, variable: usize) -> bool {
-        self.parameter_of.values().any(|&parameter| parameter == variable)
-    }
 }
 
 /// Where the states and rates of a model stand among the variables.

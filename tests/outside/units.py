@@ -450,7 +450,7 @@ def check_ends(version):
 
 
 def check_commands(version):
-    """Inputs that are no real numbers, switched by FMPy in the middle of a run, and a start that FMPy sets: m v' = +-6 f - ..., without friction."""
+    """Inputs that are not real numbers, switched by FMPy in the middle of a run, and a start that FMPy sets: m v' = +-6 f - ..., without friction."""
     path, _ = build(OWN[0].parent / "commands.hyd", version, "commands")
     # Value, then the same until the switch: FMPy takes the discrete inputs of a row from its time on.
     rows = [(0.0, True, 2), (0.5, False, 2), (1.0, True, 3), (1.5, True, 3)]

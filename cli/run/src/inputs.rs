@@ -132,7 +132,7 @@ impl InputTable {
                 return Err(wrong(format!("line {line} has {} fields, and the header {}", record.len(), header.len())));
             }
             for ((field, (name, values)), k) in record.iter().zip(&mut columns).zip(0..) {
-                let value = number(field);
+                let value = if k == time { field.parse().ok() } else { number(field) };
                 // What stands in columns that no input reads is nobody's business yet.
                 let value = if k == time { value.filter(|t| t.is_finite()) } else { value.or(Some(f64::INFINITY)) };
                 values.push(

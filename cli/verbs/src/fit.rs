@@ -4,7 +4,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use hyd_discovery::{Fit as FitOf, FittedReport, Gap, Meaning, Problem, Profile, Record, Setup, Unknown, Weighing};
+use hyd_discovery::{
+    Attempt, Fit as FitOf, FittedReport, Gap, Meaning, Problem, Profile, Record, Setup, Unknown, Weighing,
+};
 use hyd_results::{refuse_read, write_whole};
 use hyd_system::as_known;
 use serde_json::{Value, json};
@@ -126,6 +128,11 @@ impl Outcome<'_> {
         self.found.standard_error(unknown).unwrap_or(f64::NAN)
     }
 
+    /// True for the attempt that has led to where the model does not run further.
+    fn is_stopped(&self, attempt: &Attempt) -> bool {
+        self.found.wall.is_some() && attempt.cost == self.found.cost
+    }
+
     fn json(&self) -> Value {
         let channels = |gap: &Gap| -> Value {
             let names = self.setup.data.channels.iter().map(|channel| channel.name.clone());
@@ -141,7 +148,7 @@ impl Outcome<'_> {
             .record
             .attempts
             .iter()
-            .map(|a| json!({"start": a.start, "misfit": a.misfit, "steps": a.steps, "converged": a.converged}));
+            .map(|a| json!({"start": a.start, "misfit": a.misfit, "steps": a.steps, "converged": a.converged && !self.is_stopped(a)}));
         let profiles = self.profiles.iter().map(|(name, own)| {
             json!({"name": name, "low": own.interval.0, "high": own.interval.1, "points": own.points, "lower_found": own.lower_found})
         });
@@ -213,7 +220,11 @@ impl Outcome<'_> {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{}: misfit {:.3} times that of noise alone", self.setup.bench.name, self.ratio);
         for attempt in &self.record.attempts {
-            let ended = if attempt.converged { "converged" } else { "not converged" };
+            let ended = match attempt.converged {
+                _ if self.is_stopped(attempt) => "stopped where the model does not run further",
+                true => "converged",
+                false => "not converged",
+            };
             let misfit = attempt.misfit;
             // A way that ends in nonsense needs no hundred digits.
             let misfit = if misfit < MOST_PLAIN { format!("{misfit:.3}") } else { format!("{misfit:.3e}") };

@@ -22,7 +22,7 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
     let (before, after) = (&gaps.before, gaps.after.as_ref());
     let train = gap_json(setup, Some(&before.train), after.map(|gaps| &gaps.train));
     let held_out = gap_json(setup, before.held_out.as_ref(), after.and_then(|gaps| gaps.held_out.as_ref()));
-    Ok(json!({
+    let mut whole = json!({
         "status": findings.status.word(),
         "sentence": super::summary::sentence(scene),
         "title": setup.study.title,
@@ -67,7 +67,9 @@ pub(super) fn json(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64) -> Result<Va
         "simulations": findings.runs,
         "whole_loops": setup.watch.whole_loops.load(std::sync::atomic::Ordering::Relaxed),
         "seconds": seconds,
-    }))
+    });
+    whole["does_not_run"] = json!(last.fit.wall);
+    Ok(whole)
 }
 
 /// The fits that a pass began with.

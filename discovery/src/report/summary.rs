@@ -113,6 +113,11 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
         let what = if findings.unfitted.is_some() { "not adequate" } else { "no name" };
         let _ = writeln!(text, "  {what}, because {reason}");
     }
+    if let Some(wall) = json["does_not_run"].as_str() {
+        let first = wall.lines().next().unwrap_or_default();
+        let _ =
+            writeln!(text, "  the fit has ended where the model does not run further, and not at a minimum: {first}");
+    }
     for line in disturbed::lines(json, findings.status) {
         let _ = writeln!(text, "  {line}");
     }

@@ -88,6 +88,7 @@ fn a_fit_that_the_model_stops_says_so() {
     let fitted = run(&own, &FIT);
     assert_eq!(fitted.code, Some(3), "{}", fitted.stderr);
     assert!(fitted.stdout.contains("spring.k = 25"), "{}", fitted.stdout);
+    assert!(fitted.stdout.contains("steps, stopped where the model does not run further"), "{}", fitted.stdout);
     assert!(fitted.stderr.contains("beyond its values") && fitted.stderr.contains("too stiff"), "{}", fitted.stderr);
     // The same without the assertion is a minimum.
     folder.write("drv/drive.hyd", text);

@@ -270,7 +270,7 @@ fn an_entry_that_stands_twice_is_refused() {
     assert!(run.status.code() == Some(1) && said.contains("stands in the archive twice"), "{said}");
 }
 
-/// Commands that are no real numbers: x' = (±a) n, and an edge is counted.
+/// Commands that are not real numbers: x' = (±a) n, and an edge is counted.
 const COMMANDS: &str = "model Commands
   type Gear = enumeration(off \"No force\", slow, fast) \"What is engaged\";
   type Force = Real(quantity = \"Force\", unit = \"N\", min = 0);
