@@ -26,7 +26,7 @@ pub struct InjectionSite {
     pub file: Arc<str>,
     /// First line of the equation, from 1.
     pub line: u32,
-    /// The equation as text.
+    /// The equation as text on one line, without comments.
     pub text: String,
     /// SI unit of its two sides, if the model decides it.
     pub unit: Option<String>,
@@ -34,9 +34,16 @@ pub struct InjectionSite {
     pub factors: Vec<Factor>,
     /// Variables that occur in it (of the first equation, if the text gives several), `der(x)` for derivatives.
     pub variables: Vec<String>,
+    /// How many equations the text gives: in a loop, between arrays, in an array of components.
+    pub count: usize,
+    /// The variables that occur in each of them, for the first [`MOST_ELEMENTS`].
+    pub elements: Vec<Vec<String>>,
     /// Why no term can be added; none if one can.
     pub refused: Option<&'static str>,
 }
+
+/// Of so many equations of one text the variables are told.
+pub const MOST_ELEMENTS: usize = 32;
 
 const DIFFERENTIATED: &str = "it has to be differentiated to solve the system";
 
@@ -57,7 +64,12 @@ pub fn injection_sites(
         let known = sites.iter_mut().find(|s| (&s.path, &s.file, s.line) == (&site.path, &site.file, site.line));
         match known {
             // One text may give several blocks; one refused refuses all.
-            Some(known) => known.refused = known.refused.or(site.refused),
+            Some(known) => {
+                known.refused = known.refused.or(site.refused);
+                known.count += site.count;
+                let left = MOST_ELEMENTS.saturating_sub(known.elements.len());
+                known.elements.extend(site.elements.into_iter().take(left));
+            }
             None => sites.push(site),
         }
     }
@@ -74,9 +86,8 @@ pub fn injection_sites(
             }
         }
     }
-    // The elements of a loop have names that stand nowhere else.
-    let of_scalars = |site: &&mut InjectionSite| site.refused.is_none() && !site.text.contains('[');
-    sites.iter_mut().filter(of_scalars).for_each(|site| site.factors = factors(&site.text));
+    let can = |site: &&mut InjectionSite| site.refused.is_none();
+    sites.iter_mut().filter(can).for_each(|site| site.factors = factors(&site.text));
     let parts: Vec<(usize, usize)> =
         sites.iter().enumerate().flat_map(|(k, site)| (0..site.factors.len()).map(move |part| (k, part))).collect();
     if !parts.is_empty() {
@@ -121,19 +132,21 @@ fn site(flat: &FlatModel, files: &Files, block: u32, refused: bool) -> Injection
         path: equation.origin.path.clone(),
         file: files.name(span.file).clone(),
         line: files.location(span).line,
-        text: files.snippet(span).split_whitespace().collect::<Vec<_>>().join(" "),
+        text: hyd_syntax::one_line(files.snippet(span)),
         unit: None,
         factors: Vec::new(),
-        variables: variables(flat, equation),
+        variables: variables(flat, equation, 0),
+        count: equation.count as usize,
+        elements: (0..(equation.count as usize).min(MOST_ELEMENTS)).map(|k| variables(flat, equation, k)).collect(),
         refused: refused.then_some(DIFFERENTIATED),
     }
 }
 
-/// What changes during the run among the operands of the first equation.
-fn variables(flat: &FlatModel, equation: &EquationBlock) -> Vec<String> {
+/// What changes during the run among the operands of equation `k` of a block.
+fn variables(flat: &FlatModel, equation: &EquationBlock, k: usize) -> Vec<String> {
     let arity = flat.templates.get(equation.template).arity as usize;
     let mut names = Vec::new();
-    for operand in equation.operands_of(0, arity) {
+    for operand in equation.operands_of(k, arity) {
         let v = match operand.target() {
             Target::Var(v) | Target::Der(v) | Target::Pre(v) => v,
             _ => continue,

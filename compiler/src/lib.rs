@@ -20,17 +20,17 @@ pub mod render;
 mod suspects;
 mod variation;
 
-pub use balance::{Balance, Factor, Scaled, balances};
+pub use balance::{Balance, Element, Factor, Scaled, balances};
 pub use changes::{Change, Rank, Trouble, changes};
 pub use compilation::{Compilation, Goal, Options, Stage, StageTime};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
 pub use hyd_equations::{Approach, Cost, Loops, approaches, costs, held_conditions};
 pub use hyd_flat::{FlatModel, ForeignBlock, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources, Trees};
-pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean};
+pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean, dotted};
 pub use hyd_syntax::{Head, compare_versions, head, is_keyword, print_string, uses, version};
-pub use injection::{InjectionSite, injection_sites};
-pub use opening::{Command, Opening, commands, opened};
+pub use injection::{InjectionSite, MOST_ELEMENTS, injection_sites};
+pub use opening::{Command, Elements, Opening, commands, opened};
 pub use pipeline::{
     Extras, compile, compile_extended, compile_over, compile_whole_loops, compile_with, with_whole_loops,
 };

@@ -4,17 +4,24 @@
 //! a model that extends it can give them a value.  No line moves, so that messages point where they did.  [`commands`] finds the variables
 //! that a text gives courses in time, which are what is replaced.
 
+use std::sync::Arc;
+
 use hyd_source::Files;
-use hyd_syntax::tree::{ClassBody, Direction, Element, Equation, EquationKind, Expr, ExprKind, Variability};
+use hyd_syntax::one_line;
+use hyd_syntax::tree::{
+    ClassBody, Component, ComponentRef, Direction, Element, Equation, EquationKind, Expr, ExprKind, Variability,
+};
 
 use crate::balance::{rate_of, walk, written};
 
 /// A place in a text where a further term is let in.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Opening {
+    /// Name of the file that it is a place in.
+    pub file: Arc<str>,
     /// Line of the equation, from 1.
     pub line: u32,
-    /// The equation, blanks as in [`InjectionSite::text`].
+    /// The equation as in [`InjectionSite::text`].
     pub equation: String,
     /// Name of the variable that is added to its right side: 0 until a modification says otherwise.
     pub name: String,
@@ -24,13 +31,25 @@ pub struct Opening {
     pub factor: String,
     /// The variable takes the place of the right side, which it is equal to until a modification says otherwise.
     pub replaces: bool,
+    /// Where one text gives equations for the elements of an array: a variable for each.
+    pub elements: Option<Elements>,
 }
 
-/// A variable that follows a course in time: it is given by an expression of time and of parameters alone, or its declaration gives it one in
-/// which inputs of the model stand, too.
+/// The array whose elements the equations of one text are for.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Elements {
+    /// Its name in the class.
+    pub array: String,
+    /// Number of its dimensions.
+    pub dimensions: usize,
+    /// Subscripts as they are written, with brackets: `[i]`; empty in an equation between arrays.
+    pub subscripts: String,
+}
+
+/// A variable that follows a course in time: it is given by an expression of time, inputs of the model and parameters alone.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Command {
-    /// Name of the variable.
+    /// Name of the variable, of a component with its path; whether that one is a number its class says.
     pub name: String,
     /// The expression.
     pub expression: String,
@@ -73,12 +92,12 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
             &*own.name.name == name && own.direction == Some(Direction::Input) && own.modification.binding.is_none()
         })
     };
-    let is_course = |expression: &Expr, of_inputs: bool| {
+    let is_course = |expression: &Expr| {
         let (mut of_time, mut is_free) = (false, true);
         walk(expression, &mut |part| match &part.kind {
             ExprKind::Ref(name) => {
                 let name = written(text, name.span);
-                let is_recorded = of_inputs && is_input(name);
+                let is_recorded = is_input(name);
                 of_time |= name == "time" || is_recorded;
                 is_free &= is_fixed(name) || is_recorded;
             }
@@ -86,13 +105,20 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
             ExprKind::Call(function, _) => is_free &= function.parts.len() == 1 && rate_of(part).is_none(),
             _ => {}
         });
-        of_time && is_free && !written(text, expression.span).contains("//")
+        of_time && is_free
     };
-    let one_line = |expression: &Expr| written(text, expression.span).split_whitespace().collect::<Vec<_>>().join(" ");
+    let one_line = |expression: &Expr| one_line(written(text, expression.span));
+    // What a variable of a component is, its class says.
+    let is_number = |name: &ComponentRef| {
+        let of = |own: &&Component| name.parts.first().is_some_and(|part| own.name.name == part.name.name);
+        let class = declared().find(of).and_then(|own| own.class.parts.last());
+        class.is_some_and(|class| name.parts.len() > 1 || &*class.name != "Boolean" && &*class.name != "Integer")
+            && name.parts.iter().all(|part| part.subscripts.is_empty())
+    };
     let mut found = Vec::new();
     for own in declared() {
         let is_real = own.class.parts.last().is_some_and(|part| &*part.name != "Boolean" && &*part.name != "Integer");
-        if let Some(expression) = own.modification.binding.as_ref().filter(|binding| is_course(binding, true))
+        if let Some(expression) = own.modification.binding.as_ref().filter(|binding| is_course(binding))
             && is_real
             && own.variability == Variability::Continuous
             && own.dims.is_empty()
@@ -104,11 +130,10 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
     for equation in equations.iter().filter(|section| !section.initial).flat_map(|section| &section.equations) {
         if let EquationKind::Equal(left, right) = &equation.kind
             && let ExprKind::Ref(name) = &left.kind
-            && let Some(own) = declared().find(|own| *own.name.name == *written(text, name.span))
-            && own.class.parts.last().is_some_and(|part| &*part.name != "Boolean" && &*part.name != "Integer")
-            && is_course(right, false)
+            && is_number(name)
+            && is_course(right)
         {
-            let whole = files.snippet(equation.span).split_whitespace().collect::<Vec<_>>().join(" ");
+            let whole = hyd_syntax::one_line(files.snippet(equation.span));
             let (name, line) = (written(text, name.span).to_string(), files.location(equation.span).line);
             found.push(Command { name, expression: one_line(right), line, equation: Some(whole) });
         }
@@ -131,10 +156,18 @@ pub fn opened(text: &str, openings: &[Opening]) -> Option<String> {
         let [(head, right)] = &places[..] else { return None };
         let range = right.span.start as usize..right.span.end as usize;
         let first = match opening.replaces {
-            true => text[range.clone()].split_whitespace().collect::<Vec<_>>().join(" "),
+            true => one_line(&text[range.clone()]),
             false => "0".to_string(),
         };
-        let declared = format!(" Real {} = {first} {};", opening.name, crate::print_string(&opening.words));
+        let (sizes, first) = match &opening.elements {
+            None => (String::new(), first),
+            Some(Elements { array, dimensions, .. }) => {
+                let sizes: Vec<String> = (1..=*dimensions).map(|k| format!("size({array}, {k})")).collect();
+                let sizes = sizes.join(", ");
+                (format!("[{sizes}]"), format!("fill({first}, {sizes})"))
+            }
+        };
+        let declared = format!(" Real {}{sizes} = {first} {};", opening.name, crate::print_string(&opening.words));
         edits.push((*head..*head, declared));
         if opening.replaces {
             let lines = text[range.clone()].matches('\n').count();
@@ -148,7 +181,8 @@ pub fn opened(text: &str, openings: &[Opening]) -> Option<String> {
         }
         let close = if is_one { "" } else { ")" };
         let times = if opening.factor.is_empty() { String::new() } else { format!("{}*", opening.factor) };
-        edits.push((range.end..range.end, format!("{close} + {times}{}", opening.name)));
+        let subscripts = opening.elements.as_ref().map_or("", |own| &*own.subscripts);
+        edits.push((range.end..range.end, format!("{close} + {times}{}{subscripts}", opening.name)));
     }
     // From behind; of two at one place the later one first.
     let mut order: Vec<usize> = (0..edits.len()).collect();
@@ -172,11 +206,11 @@ fn places_in(
         places_in(&nested.class, text, files, opening, found);
     }
     let ClassBody::Long { equations, .. } = &class.body else { return };
-    let blank = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
     let is_meant = |equation: &Equation| {
-        files.location(equation.span).line == opening.line && blank(files.snippet(equation.span)) == opening.equation
+        files.location(equation.span).line == opening.line && one_line(files.snippet(equation.span)) == opening.equation
     };
-    for equation in equations.iter().filter(|section| !section.initial).flat_map(|section| &section.equations) {
+    for equation in equations.iter().filter(|section| !section.initial).flat_map(|section| in_loops(&section.equations))
+    {
         if let EquationKind::Equal(_, right) = &equation.kind
             && is_meant(equation)
             && let Some(head) = behind_description(text, class.name.span.end as usize)
@@ -184,6 +218,18 @@ fn places_in(
             found.push((head, right.clone()));
         }
     }
+}
+
+/// Equations, and those in loops over them.
+fn in_loops(equations: &[Equation]) -> Vec<&Equation> {
+    let mut found = Vec::new();
+    for equation in equations {
+        match &equation.kind {
+            EquationKind::For(_, body) => found.extend(in_loops(body)),
+            _ => found.push(equation),
+        }
+    }
+    found
 }
 
 /// The byte behind the description strings that may follow the name of a class.
@@ -246,6 +292,7 @@ mod tests {
             ("2*der(x) = (if time < 9 then 4 else 2);", "2*der(x) = ((if time < 9 then 4 else 2)) + further;"),
             ("2*der(x) = if time < 9 then 4 else 2;", "2*der(x) = (if time < 9 then 4 else 2) + further;"),
             ("der(x)*2\n    = 1\n + 1 \"sum\";", "der(x)*2\n    = 1\n + 1 + further \"sum\";"),
+            ("der(x)*2 // stored\n    = 1 /* first */ + 1;", "der(x)*2 // stored\n    = 1 /* first */ + 1 + further;"),
         ] {
             let text = format!(
                 "model M /* M */ \"the \\\"one\\\"\" + // two\n \"model\"\n  Real x(start = 0, fixed = true);\nequation // equation\n  {equation}\nend M;\n"
@@ -253,12 +300,14 @@ mod tests {
             let found = of(&text);
             let [one] = &found[..] else { panic!("{text}{found:?}") };
             let opening = |name: &str| Opening {
+                file: "model.mo".into(),
                 line: one.site.line,
                 equation: one.site.text.clone(),
                 name: name.into(),
                 words: "let in".into(),
                 factor: String::new(),
                 replaces: false,
+                elements: None,
             };
             let whole = opened(&text, &[opening("further")]).unwrap();
             let heading = "\"model\" Real further = 0 \"let in\";\n";
@@ -276,15 +325,19 @@ mod tests {
     #[test]
     fn courses_in_time_are_commands() {
         let text = "package P\nmodel M\n  parameter Real T = 2;\n  Real u = if time < T then 0 else 5;\n  Real w = 3;\n  Real x(start = 0);\n  \
-            Real y;\n  Real z;\n  Boolean b = time > 1;\nequation\n  y = sin(\n    time);\n  z = x*time;\n  der(x) = u + y;\nend M;\nend P;\n";
+            Real y;\n  Real z;\n  Boolean b = time > 1;\n  Boolean c;\n  input Real e;\n  Valve v;\nequation\n  y = sin(\n    time);\n  z = x*time;\n  v.u = 2*e; // volts\n  \
+            c = e > 1;\n  der(x) = u + y;\nend M;\nend P;\n";
         let found = commands(text, "P.M");
         let said: Vec<_> = found.iter().map(|own| (own.name.as_str(), own.expression.as_str(), own.line)).collect();
-        assert_eq!(said, [("u", "if time < T then 0 else 5", 4), ("y", "sin( time)", 11)]);
+        let expected = [("u", "if time < T then 0 else 5", 4), ("y", "sin( time)", 14), ("v.u", "2*e", 17)];
+        assert_eq!(said, expected);
         assert!(commands(text, "P.N").is_empty() && found[0].equation.is_none());
         let (name, words, line) = ("given".to_string(), "command".to_string(), found[1].line);
         let equation = found[1].equation.clone().unwrap();
         let factor = String::new();
-        let whole = opened(text, &[Opening { line, equation, name, words, factor, replaces: true }]).unwrap();
+        let file = "model.mo".into();
+        let opening = Opening { file, line, equation, name, words, factor, replaces: true, elements: None };
+        let whole = opened(text, &[opening]).unwrap();
         assert!(whole.contains("model M Real given = sin( time) \"command\";\n"), "{whole}");
         assert!(whole.contains("  y = given\n;\n") && whole.lines().count() == text.lines().count(), "{whole}");
     }

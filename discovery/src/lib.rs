@@ -54,6 +54,7 @@ pub use tasks::{Crew, Tasks};
 pub use terms::law::{Law, LawMemory, LawTerm, MemoryNumber, Rival};
 pub use unknowns::{Meaning, Unknown};
 pub use variant::data_files::{DataFiles, is_below};
+pub use variant::other_files::{OtherFiles, Owner};
 pub use variant::translated::Translated;
 pub use variant::{Opaque, Workshop};
 pub use watch::Watch;

@@ -209,6 +209,7 @@ pub(crate) fn unknowns(setup: &Setup) -> Result<usize, Fault> {
         channels: setup.expressions(),
         library_classes: [].into(),
         opaque: None,
+        others: hyd_discovery::OtherFiles::default(),
     };
     let machine = setup.machine(workshop.translate(&[])?)?;
     Ok(setup.problem(&machine, &[])?.unknowns.len())

@@ -139,6 +139,12 @@ impl LibraryPath {
         }
     }
 
+    /// The folder of the package that the main file belongs to, the outermost one; none if it stands alone.
+    pub fn main_package(&self) -> Option<&Path> {
+        let main = self.roots.iter().filter(|root| root.is_main);
+        main.min_by_key(|root| root.prefix.len()).map(|root| root.folder.as_path())
+    }
+
     /// Adds a folder of libraries, a folder that is a library itself, or the file of one.  `Err`: why it cannot be used.
     pub fn add_folder(&mut self, folder: &Path) -> Result<(), String> {
         if folder.is_file() {

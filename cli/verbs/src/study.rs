@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use hyd_compiler::{ForeignBlock, Severity, Sources};
-use hyd_discovery::{Bench, Fault, Machine, Opaque, Setup, Study, Translated, Workshop};
+use hyd_discovery::{Bench, Fault, Machine, Opaque, OtherFiles, Owner, Setup, Study, Translated, Workshop};
 use hyd_fmi_import::{Host, Unit};
 
 use hyd_run::read_text;
@@ -190,7 +190,20 @@ impl Opened {
             driven: self.setup.driven(),
             library_classes: sources().class_names().into(),
             opaque: self.unit.clone(),
+            others: self.other_files(),
         }
+    }
+
+    /// Whose the files are that the model is made of.
+    fn other_files(&self) -> OtherFiles {
+        let path = self.libraries.path(&self.model_file, &self.model_text).ok();
+        let package = path.and_then(|path| std::fs::canonicalize(path.main_package()?).ok());
+        OtherFiles::of(Arc::new(move |file| {
+            // What is built in is no file.
+            let file = std::fs::canonicalize(file).ok()?;
+            let is_own = package.as_ref().is_some_and(|package| file.starts_with(package));
+            Some(if is_own { Owner::User } else { Owner::Library })
+        }))
     }
 
     /// What must stand before a text that names the base model: the model's file, unless a package holds it.

@@ -14,9 +14,11 @@ use hyd_syntax::tree::{Arguments, BinaryOp, ClassBody, ComponentRef, EquationKin
 
 use crate::injection::InjectionSite;
 
+pub use elements::Element;
 pub use factors::Factor;
 pub(crate) use factors::factors;
 
+mod elements;
 mod factors;
 
 /// An equation that says what a stored quantity follows from.
@@ -24,7 +26,9 @@ mod factors;
 pub struct Balance {
     /// The equation.
     pub site: InjectionSite,
-    /// The variable whose rate stands in it, by its name in the component: `v`, `port.T`.
+    /// The equations that its text gives, as far as they can be told apart and are known by [`InjectionSite::elements`].
+    pub elements: Vec<Element>,
+    /// The variable whose rate stands in it, by its name in the component: `v`, `port.T`, `T[i]`.
     pub state: String,
     /// The rate as it is written: `der(v)`, or the name of a variable that is the rate.
     pub rate: String,
@@ -105,11 +109,18 @@ pub fn balances(sites: &[InjectionSite]) -> Vec<Balance> {
                 }
             });
         }
+        let rate = written(text, *span);
+        let element = |names: &Vec<String>| {
+            let mut found = names.iter().filter_map(|name| Element::of(&site.path, rate, name));
+            // One that stands in it twice does not say which of the two is meant.
+            found.next().filter(|_| found.next().is_none())
+        };
         let integral = named.iter().filter(own).find(|(_, _, rate)| rate == state).map(|(_, of, _)| of.clone());
         found.push(Balance {
             site: site.clone(),
+            elements: site.elements.iter().filter_map(element).collect(),
             state: state.clone(),
-            rate: written(text, *span).to_string(),
+            rate: rate.to_string(),
             storage: written(text, term.span).to_string(),
             names,
             is_reversed: is_negative ^ turns,

@@ -31,7 +31,7 @@ mod tests;
 
 pub use build_file::parse;
 pub use head::{Head, head};
-pub use lone::parse_expression;
+pub use lone::{one_line, parse_expression};
 pub use printer::{print_expr, print_path, print_reference, print_string};
 pub use recovery::is_keyword;
 pub use versions::{compare_versions, uses, version};

@@ -9,6 +9,12 @@ use crate::recovery::{expected_list, quoted};
 use crate::scan;
 use crate::tree::Expr;
 
+/// A part of a text on one line: single blanks, no comments.
+pub fn one_line(text: &str) -> String {
+    let file = hyd_source::Files::new().add("part", "");
+    scan::scan(file, text).text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Parses a text that is one expression; none, with messages, if it is not.  Never panics.
 pub fn parse_expression(file: FileId, text: &str) -> Outcome<Option<Expr>> {
     let mut scan = scan::scan(file, text);

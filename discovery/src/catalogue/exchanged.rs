@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use crate::catalogue::Site;
 use crate::catalogue::door::{Door, End, Law};
+use crate::variant::Workshop;
 
 /// Beyond so many balances of one kind nothing is tried between two of them: there are as many pairs as the square of that.
 const MOST: usize = 8;
@@ -33,6 +34,13 @@ pub(super) struct Store {
     pub(super) is_bare: bool,
     /// Full names in its equation.
     pub(super) mentions: Vec<String>,
+}
+
+impl Store {
+    /// True if an equation of a library is opened for it.
+    pub(super) fn is_of_library(&self, workshop: &Workshop<'_>) -> bool {
+        self.site.door.openings().any(|opening| workshop.own_text(&opening.file).is_none())
+    }
 }
 
 /// The places between balances of the kind `of`, which are called `id`, and sentences on what cannot be one.
@@ -112,6 +120,7 @@ fn exchange(id: &str, (one, other): (&Store, &Store)) -> Option<Site> {
         channel: None,
         file: one.site.file.clone(),
         line: one.site.line,
+        array: None,
         scales: vec![(DIFFERENCE.into(), difference.clone()), (EXCHANGED.into(), changed)],
         door: Door::Exchange {
             ends,
@@ -129,19 +138,21 @@ mod tests {
 
     use super::{MOST, Store, between};
     use crate::catalogue::Site;
-    use crate::catalogue::door::{Door, End, Law};
+    use crate::catalogue::door::{At, Door, End, Law};
 
     /// A body whose equation has these names.
     fn body(name: &str, unit: &str, storage: &str, mentions: &[&str]) -> Store {
         let opening = Opening {
+            file: "m.mo".into(),
             line: 1,
             equation: storage.into(),
             name: "more".into(),
             words: String::new(),
             factor: String::new(),
             replaces: false,
+            elements: None,
         };
-        let end = End::Equation { opening, path: "".into(), is_reversed: false };
+        let end = End::Equation { opening, path: "".into(), is_reversed: false, element: At::default() };
         let law = Law { inputs: Vec::new(), output: "Q" };
         Store {
             site: Site {
@@ -153,6 +164,7 @@ mod tests {
                 line: 1,
                 door: Door::Balance { end, law },
                 scales: Vec::new(),
+                array: None,
             },
             driver: name.into(),
             units: [Arc::from(unit), Arc::from("")],

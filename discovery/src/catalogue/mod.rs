@@ -87,6 +87,8 @@ pub struct Effect {
     pub excludes: Vec<Arc<str>>,
     /// Effects that it is with further numbers: with implausible ones it is no rival of them.
     pub refines: Vec<Arc<str>>,
+    /// A variable of the place that must be an absolute temperature (K) for the law to mean anything.
+    pub absolute: Option<Arc<str>>,
     /// Size at which the model is as without it, if there is one.
     pub zero: Option<f64>,
     /// A typical size.
@@ -126,6 +128,8 @@ pub struct Site {
     pub door: Door,
     /// What may be asked of the base model for sizes: a name that effects use, and an expression of the model.
     pub scales: Vec<(String, String)>,
+    /// The array of which the variable that the place belongs to is an element: `T` of `T[2]`.
+    pub array: Option<Arc<str>>,
 }
 
 impl Site {
@@ -143,7 +147,7 @@ impl Site {
 pub struct Candidate {
     /// The effect.
     pub effect: Arc<Effect>,
-    /// Where: one place for each id that it takes at once.
+    /// Where: one place for each id that it takes at once, or one for each element of an array.
     pub sites: Vec<Site>,
 }
 
@@ -154,10 +158,25 @@ impl Candidate {
         match self.sites.first().filter(|site| !hears(site)).and_then(|site| site.channel.as_ref()) {
             Some(channel) => format!("{} of {channel}", self.effect.id),
             None => match self.sites.first() {
-                Some(site) if site.door != Door::Component => format!("{} of {}", self.effect.id, site.path),
+                Some(site) if site.door != Door::Component => format!("{} of {}", self.effect.id, self.place()),
                 _ => self.effect.id.to_string(),
             },
         }
+    }
+
+    /// Where it is, in a word: the path of its place, or the array whose elements all have it.
+    pub fn place(&self) -> String {
+        match &self.sites[..] {
+            [Site { array: Some(array), door, .. }, _, ..] if *door != Door::Component => format!("each {array}"),
+            [site, ..] => site.path.clone(),
+            [] => String::new(),
+        }
+    }
+
+    /// Paths of the components or variables that it concerns, where these were found in equations of those of an array.
+    pub fn components(&self) -> Vec<&str> {
+        let of = if self.is_found() { &self.sites[..] } else { &self.sites[..self.sites.len().min(1)] };
+        of.iter().flat_map(Site::components).collect()
     }
 
     /// True if its place was found in the equations or is a channel, and not declared by the model.
@@ -182,6 +201,18 @@ impl Candidate {
         self.effect.id == other.effect.id
             && self.sites.len() == other.sites.len()
             && self.sites.iter().zip(&other.sites).all(|(own, other)| own.path == other.path)
+    }
+
+    /// True if it is the other one with further numbers at the same place, or the same in more elements of an array.
+    pub fn refines(&self, other: &Candidate) -> bool {
+        let is_of_more = || {
+            let within = |site: &Site| self.sites.iter().any(|own| own.id == site.id && own.path == site.path);
+            self.effect.id == other.effect.id
+                && other.sites.len() < self.sites.len()
+                && self.is_found()
+                && other.sites.iter().all(within)
+        };
+        self.effect.refines.contains(&other.effect.id) && self.place() == other.place() || is_of_more()
     }
 
     /// What tells it from all others of one model.
@@ -218,7 +249,7 @@ pub(crate) const SCALE: &str = "scale";
 pub(crate) const USUAL_FORM: f64 = 0.05;
 
 /// What an effect's annotation may say.
-const KEYS: [&str; 22] = [
+const KEYS: [&str; 23] = [
     "id",
     "kind",
     "words",
@@ -241,6 +272,7 @@ const KEYS: [&str; 22] = [
     "law",
     "given",
     "form",
+    "absolute",
 ];
 
 fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
@@ -255,19 +287,20 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         return Err(wrong(format!("an effect has no `{key}`{hint}")));
     }
     type Wanted = (&'static [&'static str], &'static str, fn(&Note) -> bool);
-    let wanted: [Wanted; 4] = [
-        (&["per_shot", "probe_of_range", "law"], "`true` or `false`", |own| matches!(own, Note::Boolean(_))),
-        (&["zero", "probe", "form"], "a number", |own| own.number().is_some_and(f64::is_finite)),
-        (&["id", "kind", "words", "signature", "adds", "prior", "base", "of"], "a text", |own| own.text().is_some()),
-        (
-            &["at", "at_one_of", "rivals", "channels", "excludes", "refines", "given"],
-            "a list of texts",
-            |own| match own {
-                Note::List(list) => list.iter().all(|one| one.text().is_some()),
-                own => own.text().is_some(),
-            },
-        ),
-    ];
+    let wanted: [Wanted; 4] =
+        [
+            (&["per_shot", "probe_of_range", "law"], "`true` or `false`", |own| matches!(own, Note::Boolean(_))),
+            (&["zero", "probe", "form"], "a number", |own| own.number().is_some_and(f64::is_finite)),
+            (&["id", "kind", "words", "signature", "adds", "prior", "base", "of", "absolute"], "a text", |own| {
+                own.text().is_some()
+            }),
+            (&["at", "at_one_of", "rivals", "channels", "excludes", "refines", "given"], "a list of texts", |own| {
+                match own {
+                    Note::List(list) => list.iter().all(|one| one.text().is_some()),
+                    own => own.text().is_some(),
+                }
+            }),
+        ];
     for (keys, what, is_wanted) in wanted {
         if let Some(key) = keys.iter().find(|key| note.get(key).is_some_and(|own| !is_wanted(own))) {
             return Err(wrong(format!("`{key}` must be {what}")));
@@ -330,6 +363,7 @@ fn effect(class: &AnnotatedClass) -> Result<Effect, Fault> {
         form: number("form").unwrap_or(USUAL_FORM),
         excludes: note.get("excludes").map(Note::texts).unwrap_or_default(),
         refines: note.get("refines").map(Note::texts).unwrap_or_default(),
+        absolute: text("absolute"),
         zero: number("zero"),
         probe: number("probe").ok_or_else(|| wrong("`probe` must be a number".into()))?,
         of_range: flag("probe_of_range"),
@@ -360,6 +394,7 @@ pub(crate) fn sites(components: &[AnnotatedComponent]) -> Vec<Site> {
                 .map(|text| (SCALE.into(), text.into()))
                 .into_iter()
                 .collect(),
+            array: None,
         })
     });
     read.collect()
@@ -387,8 +422,10 @@ pub(crate) fn candidates(
                     Door::Balance { ref law, .. } if !effect.given.is_empty() => effect.is_law && is_given(effect, law),
                     _ => effect.is_law,
                 };
-                let found = sites.iter().filter(|site| site.id == *id).filter(fits);
-                found_at.extend(found.map(|site| Candidate { effect: effect.clone(), sites: vec![site.clone()] }));
+                let found: Vec<&Site> = sites.iter().filter(|site| site.id == *id).filter(fits).collect();
+                for sites in apart_and_together(&found) {
+                    found_at.push(Candidate { effect: effect.clone(), sites: sites.into_iter().cloned().collect() });
+                }
             }
             if effect.is_law {
                 continue;
@@ -406,6 +443,28 @@ pub(crate) fn candidates(
         }
     }
     found.append(&mut found_at);
+    found
+}
+
+/// Larger arrays have effects in all elements only, and not in one of them.
+const MOST_APART: usize = 8;
+
+/// Each place by itself, and all places of an array at once.
+fn apart_and_together<'s>(sites: &[&'s Site]) -> Vec<Vec<&'s Site>> {
+    let of = |site: &Site| -> Vec<&'s Site> {
+        sites.iter().filter(|own| site.array.is_some() && own.array == site.array).copied().collect()
+    };
+    let mut found = Vec::new();
+    for (k, site) in sites.iter().enumerate() {
+        let all = of(site);
+        if all.len() <= MOST_APART {
+            found.push(vec![*site]);
+        }
+        let is_last = !sites[k + 1..].iter().any(|other| site.array.is_some() && other.array == site.array);
+        if is_last && all.len() > 1 {
+            found.push(all);
+        }
+    }
     found
 }
 

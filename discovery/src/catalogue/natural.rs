@@ -20,6 +20,8 @@ use crate::{Fault, Setup};
 const TIME: &str = "t";
 /// A channel that correlates so much with another one or its rate says the same as that.
 const ECHO: f64 = 0.95;
+/// What is colder is taken for a temperature in another unit (K).
+const COLDEST: f64 = 120.0;
 /// What stands before a name for its range.
 const RANGE: char = 'd';
 
@@ -34,8 +36,10 @@ pub(crate) fn natural(
 ) -> Result<(Vec<Candidate>, Vec<String>), Fault> {
     let mut wanted: Vec<String> = Vec::new();
     for candidate in &candidates {
-        for name in asked(&candidate.effect) {
-            wanted.extend(expression(&candidate.sites[0], &name).map(|(expression, _)| expression));
+        for (name, site) in
+            asked(&candidate.effect).iter().flat_map(|name| candidate.sites.iter().map(move |site| (name, site)))
+        {
+            wanted.extend(expression(site, name).map(|(expression, _)| expression));
         }
     }
     wanted.sort_unstable();
@@ -45,16 +49,37 @@ pub(crate) fn natural(
     let shown = ranges(&courses);
     let spans = setup.train.iter().map(|&shot| &setup.data.shots[shot].span);
     let time = spans.map(|span| span.stop - span.start).fold(0.0, f64::max);
-    let mut made = Vec::new();
+    let (mut made, mut cold) = (Vec::new(), Vec::new());
     for mut candidate in candidates {
         // What is measured says more than a model that lacks something, but not of the chain that it is measured by.
         let is_chain = matches!(candidate.sites[0].door, Door::Channel { .. });
-        let value_of = |name: &str| {
-            let (expression, is_range) = expression(&candidate.sites[0], name)?;
+        let value_at = |site: &Site, name: &str| {
+            let (expression, is_range) = expression(site, name)?;
             let measured = if is_chain { None } else { measured(setup, &expression) };
             let (low, high) = measured.or_else(|| shown.get(&expression).copied())?;
             Some(if is_range { high - low } else { low.abs().max(high.abs()) })
         };
+        if let Some(name) = &candidate.effect.absolute {
+            let shows = |site: &Site| {
+                let (expression, _) = expression(site, name)?;
+                let range = measured(setup, &expression).or_else(|| shown.get(&expression).copied())?;
+                Some((expression, range.0)).filter(|(_, lowest)| *lowest < COLDEST)
+            };
+            if let Some((expression, lowest)) = candidate.sites.iter().find_map(shows) {
+                // Once, and not for every place.
+                if cold.contains(&candidate.effect.id) {
+                    continue;
+                }
+                cold.push(candidate.effect.id.clone());
+                left_out.push(format!(
+                    "`{}` is not tried: `{expression}` falls to {lowest:.3}, and this law needs an absolute temperature in K",
+                    candidate.label()
+                ));
+                continue;
+            }
+        }
+        // Of elements of an array the one that shows most.
+        let value_of = |name: &str| candidate.sites.iter().filter_map(|site| value_at(site, name)).reduce(f64::max);
         let value_of = |name: &str| value_of(name).or((name == TIME).then_some(time));
         match sized(&candidate.effect, &value_of) {
             Ok(effect) => {
@@ -71,7 +96,7 @@ pub(crate) fn natural(
 fn asked(effect: &Effect) -> Vec<String> {
     let own = effect.parameters.iter().filter_map(|parameter| parameter.of.as_deref());
     let references = effect.references.iter().map(|reference| &*reference.of);
-    own.chain(references).flat_map(names).collect()
+    own.chain(references).flat_map(names).chain(effect.absolute.iter().map(|name| name.to_string())).collect()
 }
 
 /// The expression of the model that a name of a place means, and whether its range is meant.
@@ -234,6 +259,7 @@ mod tests {
             references: vec![Reference { name: "w".into(), of: "1e-3*v".into(), value: None }],
             excludes: Vec::new(),
             refines: Vec::new(),
+            absolute: None,
             zero: Some(0.0),
             form: 0.0,
             probe: 0.2,
@@ -293,6 +319,7 @@ mod tests {
             line: 1,
             door: Door::Component,
             scales: Vec::new(),
+            array: None,
         };
         assert_eq!(asked(&effect()), ["F", "v", "v", "ds", "v"]);
         assert_eq!(expression(&site, "v"), Some(("arm.force.v".into(), false)));

@@ -8,10 +8,10 @@
 
 use std::sync::Arc;
 
-use hyd_compiler::{Balance, Command, Opening, Scaled, balances, commands, opened};
-use hyd_system::Tables;
+use hyd_compiler::{Balance, Command, Element, Elements, MOST_ELEMENTS, Opening, Scaled, balances, commands, opened};
+use hyd_system::{Tables, ValueKind, VariableInfo};
 
-use crate::catalogue::door::{Door, End, Law};
+use crate::catalogue::door::{At, Door, End, Law};
 use crate::catalogue::exchanged::{Store, between};
 use crate::catalogue::{Effect, SCALE, Site};
 use crate::data::ChannelInfo;
@@ -46,8 +46,8 @@ struct Kind {
     law: (&'static str, &'static str, &'static str),
     /// Id of the places that two of them are.
     pair: Option<&'static str>,
-    /// Adapter, its connector, and how connectors of components are called with their flow.
-    adapter: Option<(&'static str, &'static str, &'static str)>,
+    /// Adapter, its connector, and what variables of connectors that it fits are called: flow and potential.
+    adapter: Option<(&'static str, &'static str, [&'static str; 2])>,
     /// The potential of such a connector that drives flows, where it is not what is stored.
     potential: Option<&'static str>,
 }
@@ -61,7 +61,7 @@ const KINDS: [Kind; 5] = [
         names: &["v", "w", "omega", "speed"],
         law: ("v", "F", "F"),
         pair: Some("force_pair"),
-        adapter: Some(("Hyd.Places.ForceAt", "flange", "f")),
+        adapter: Some(("Hyd.Places.ForceAt", "flange", ["f", "s"])),
         potential: None,
     },
     Kind {
@@ -94,7 +94,7 @@ const KINDS: [Kind; 5] = [
         names: &["t", "temp", "theta"],
         law: ("T", "Q_C", "Q"),
         pair: Some("heat_pair"),
-        adapter: Some(("Hyd.Places.HeatAt", "port", "Q_flow")),
+        adapter: Some(("Hyd.Places.HeatAt", "port", ["Q_flow", "T"])),
         potential: Some("T"),
     },
     // The last one takes what no other does.
@@ -106,7 +106,7 @@ const KINDS: [Kind; 5] = [
         names: &["h", "level", "p", "vol"],
         law: ("h", "q_C", "q"),
         pair: Some("flow_pair"),
-        adapter: Some(("Hyd.Places.FlowAt", "port", "q")),
+        adapter: Some(("Hyd.Places.FlowAt", "port", ["q", "p"])),
         potential: Some("p"),
     },
 ];
@@ -126,23 +126,33 @@ pub(crate) fn found(
     let mut stores: Vec<Store> = Vec::new();
     let mut sentences = Vec::new();
     for balance in balances(&sites) {
-        match place(&balance, base.tables(), workshop, &found) {
-            Ok(Some(store)) if found.iter().all(|known| known.path != store.site.path) => {
+        let (own, sentence) = places(&balance, base.tables(), workshop, &found);
+        for store in own {
+            if found.iter().all(|known| known.path != store.site.path) {
                 found.push(store.site.clone());
-                stores.push(store);
+                // What stands between two equations of a library, potentials or only differences of them, is not known.
+                if !store.is_of_library(workshop) {
+                    stores.push(store);
+                }
             }
-            Ok(_) => {}
-            Err(sentence) => sentences.push(sentence),
         }
+        sentences.extend(sentence);
     }
     for (kind, pair) in KINDS.iter().filter_map(|kind| Some((kind, kind.pair?))).filter(|(_, pair)| asks(pair)) {
         let (sites, said) = between(&stores, (kind.id, pair));
         found.extend(sites);
         sentences.extend(said);
     }
-    for own in commands(&workshop.preamble, &workshop.class) {
-        let site = command(own, workshop, &found);
-        found.extend(site);
+    for (file, text, class) in texts_of(workshop) {
+        for own in commands(text, &class) {
+            // Of a component's variable the text does not say what it is.
+            let is_number = |name: &str| base.tables().find(name).is_some_and(|(own, _)| own.kind == ValueKind::Real);
+            if own.name.contains('.') && !is_number(&own.name) {
+                continue;
+            }
+            let site = command(own, (workshop, file, text), &found);
+            found.extend(site);
+        }
     }
     let moved = workshop.opaque.iter().map(|own| &own.moved).filter(|moved| !moved.is_empty());
     found.extend(moved.map(|moved| Site {
@@ -154,6 +164,7 @@ pub(crate) fn found(
         line: setup.study.line(&["shots", "trigger_moves"]),
         door: Door::Moved(moved.clone()),
         scales: Vec::new(),
+        array: None,
     }));
     found.extend(setup.data.channels.iter().map(|channel| Site {
         id: SENSOR.into(),
@@ -164,6 +175,7 @@ pub(crate) fn found(
         line: setup.study.line(&["channels", &channel.name]),
         door: Door::Channel { expression: channel.expression.clone(), heard: None },
         scales: vec![("u".into(), channel.expression.clone())],
+        array: None,
     }));
     found.extend(pairs(setup, workshop));
     Ok((found, sentences))
@@ -185,6 +197,7 @@ fn pairs(setup: &Setup, workshop: &Workshop<'_>) -> Vec<Site> {
         line: setup.study.line(&["channels", &own.name]),
         door: Door::Channel { expression: own.expression.clone(), heard: Some(other.expression.clone()) },
         scales: vec![("u".into(), own.expression.clone()), ("v".into(), other.expression.clone())],
+        array: None,
     };
     all.filter(|(own, other)| own.expression != other.expression).map(site).collect()
 }
@@ -231,12 +244,12 @@ pub(crate) fn beside_declared(declared: &[Site]) -> Vec<Site> {
 pub(crate) fn of_laws(effects: &[Arc<Effect>], setup: &Setup, workshop: &Workshop<'_>) -> Result<Vec<Site>, Fault> {
     let named = |effect: &&Arc<Effect>| effect.is_law && effect.at.iter().flatten().any(|id| id.starts_with(EQUATION));
     let laws: Vec<&Arc<Effect>> = effects.iter().filter(named).collect();
-    if laws.is_empty() || workshop.preamble.is_empty() {
+    if laws.is_empty() {
         return Ok(Vec::new());
     }
     let base = setup.machine(workshop.translate(&[])?)?;
     let sites = workshop.injection_sites(&[], base.channel_names());
-    let own = sites.iter().filter(|site| *site.file == *workshop.name() && site.refused.is_none());
+    let own = sites.iter().filter(|site| site.refused.is_none() && workshop.own_text(&site.file).is_some());
     let mut found: Vec<Site> = Vec::new();
     for site in own {
         let id = place_id(&site.path, &site.text);
@@ -251,14 +264,47 @@ pub(crate) fn of_laws(effects: &[Arc<Effect>], setup: &Setup, workshop: &Worksho
     Ok(found)
 }
 
-/// The place that a balance is, with what is known of it for what may pass between it and another one; none if no effect can come in there.  `Err`: a
-/// sentence on why not, where a user may ask.
-fn place(balance: &Balance, tables: &Tables, workshop: &Workshop<'_>, known: &[Site]) -> Result<Option<Store>, String> {
-    let path = &balance.site.path;
-    let full = |name: &str| if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
+/// The places that a balance is, one for each equation that its text gives, with what is known of them for what may pass between them and others; and a
+/// sentence on why it is none, where a user may ask.
+fn places(balance: &Balance, tables: &Tables, workshop: &Workshop<'_>, known: &[Site]) -> (Vec<Store>, Option<String>) {
+    let equation = balance.site.text.trim_end_matches(';');
+    if balance.site.count > MOST_ELEMENTS {
+        let count = balance.site.count;
+        let sentence =
+            format!("nothing is added to `{equation}`: there are {count} such equations, more than {MOST_ELEMENTS}");
+        return (Vec::new(), Some(sentence));
+    }
+    let mut opening = None;
+    let mut found = Vec::new();
+    for element in &balance.elements {
+        match place(balance, element, (tables, workshop), (known, &mut opening)) {
+            Ok(store) => found.extend(store),
+            // What is said of one element holds for all.
+            Err(sentence) => return (found, Some(sentence)),
+        }
+    }
+    let sentence = (balance.elements.len() < balance.site.count && balance.site.count > 1).then(|| {
+        let of =
+            if found.is_empty() { String::new() } else { format!(" for all of its {} elements", balance.site.count) };
+        format!("nothing is added to `{equation}`{of}: its subscripts do not say which element an equation is for")
+    });
+    (found, sentence)
+}
+
+/// The place that one equation of a balance is; none if no effect can come in there.  `opening`: how something comes into the text, once it is known.
+fn place(
+    balance: &Balance,
+    element: &Element,
+    (tables, workshop): (&Tables, &Workshop<'_>),
+    (known, opening): (&[Site], &mut Option<Opening>),
+) -> Result<Option<Store>, String> {
+    // What a name of the text is called in the model; one that stands for a constant is none of its variables.
+    let full = |name: &str| {
+        let names = element.names(name);
+        names.iter().find(|own| tables.find(own).is_some()).or(names.first()).cloned().unwrap_or_else(|| name.into())
+    };
     let state = full(&balance.state);
-    // Elements of arrays have no names of their own here, and arrays are no scalars.
-    let Some((variable, _)) = tables.find(&state).filter(|_| !state.contains('[')) else { return Ok(None) };
+    let Some((variable, number)) = tables.find(&state) else { return Ok(None) };
     let unit = variable.unit.clone();
     let outside = |storage: &str, names: &[(usize, usize)]| outside(storage, names, &full, (tables, workshop));
     let (kind, scaled) = kind(balance, &unit, &|own| outside(&own.storage, &own.names).is_some());
@@ -282,9 +328,18 @@ fn place(balance: &Balance, tables: &Tables, workshop: &Workshop<'_>, known: &[S
     }
     let law = Law { inputs, output: kind.law.2 };
     let file = workshop.shown_file(&balance.site.file).to_string();
-    let is_own = !workshop.preamble.is_empty() && *balance.site.file == *workshop.name();
-    let end =
-        if is_own { opened_end(balance, (kind, scaled), workshop, known) } else { connected_end(balance, kind, &full) };
+    let sizes: Vec<usize> =
+        variable.name.parts.iter().flat_map(|(_, sizes)| sizes).map(|&size| size as usize).collect();
+    let subscripts = subscripts(&sizes, number);
+    let mut opened = |text: &str| {
+        opened_end(balance, element, (kind, scaled), (workshop, text, known), (&sizes, &subscripts, opening))
+    };
+    // A library's text is changed only where no component can be connected instead.
+    let end = match workshop.own_text(&balance.site.file) {
+        Some(text) => opened(text),
+        None => connected_end(balance, kind, &full, tables)
+            .or_else(|| workshop.library_text(&balance.site.file).and_then(&mut opened)),
+    };
     let Some(end) = end else { return Ok(None) };
     let driver = match (&end, kind.potential) {
         (End::Connector { connector, .. }, Some(potential)) => format!("{connector}.{potential}"),
@@ -292,6 +347,7 @@ fn place(balance: &Balance, tables: &Tables, workshop: &Workshop<'_>, known: &[S
     };
     let unit_of = |name: &str| tables.find(name).map_or_else(|| "".into(), |(variable, _)| variable.unit.clone());
     let of_flow = scaled.map_or(balance.site.unit.as_deref(), |own| own.factor.unit.as_deref());
+    let array: String = variable.name.parts.iter().map(|(text, _)| &**text).collect();
     Ok(Some(Store {
         units: [unit_of(&driver), of_flow.unwrap_or_default().into()],
         driver,
@@ -307,41 +363,104 @@ fn place(balance: &Balance, tables: &Tables, workshop: &Workshop<'_>, known: &[S
             line: balance.site.line,
             door: Door::Balance { end, law },
             scales,
+            array: (!sizes.is_empty()).then(|| array.into()),
         },
     }))
+}
+
+/// Subscripts of element `number` of an array, from 1, the last one fastest.
+fn subscripts(sizes: &[usize], mut number: usize) -> Vec<usize> {
+    let mut found: Vec<usize> = Vec::new();
+    for size in sizes.iter().rev() {
+        found.push(number % size + 1);
+        number /= size;
+    }
+    found.reverse();
+    found
 }
 
 /// How something comes into an equation of the model's file.
 fn opened_end(
     balance: &Balance,
+    element: &Element,
     (kind, scaled): (&Kind, Option<&Scaled>),
-    workshop: &Workshop<'_>,
-    known: &[Site],
+    (workshop, text, known): (&Workshop<'_>, &str, &[Site]),
+    (sizes, subscripts, opening): (&[usize], &[usize], &mut Option<Opening>),
 ) -> Option<End> {
-    let opening = Opening {
-        line: balance.site.line,
-        equation: balance.site.text.clone(),
-        name: free(&format!("further_{}", kind.id), workshop, known)?,
-        words: format!("what the {} lacks", kind.words),
-        factor: scaled.map_or_else(String::new, |own| own.factor.text.clone()),
-        replaces: false,
+    // Of the component first, then of the variable in it.
+    let outer = element.of_component().len();
+    let is_array = balance.site.count > 1 && sizes.len() > outer;
+    let (array, written) = match balance.state.split_once('[') {
+        Some((array, written)) => (array, format!("[{written}")),
+        None => (balance.state.as_str(), String::new()),
     };
-    opened(&workshop.preamble, std::slice::from_ref(&opening))?;
-    Some(End::Equation { opening, path: balance.site.path.clone(), is_reversed: balance.is_reversed })
+    // Of arrays in components of the class another array would have to be made.
+    if is_array && (array.contains('.') || written.contains('.')) {
+        return None;
+    }
+    if opening.is_none() {
+        let elements = is_array.then(|| Elements {
+            array: array.into(),
+            dimensions: sizes.len() - outer,
+            subscripts: written.clone(),
+        });
+        let made = Opening {
+            file: balance.site.file.clone(),
+            line: balance.site.line,
+            equation: balance.site.text.clone(),
+            name: free(&format!("further_{}", kind.id), (workshop, text), known)?,
+            words: format!("what the {} lacks", kind.words),
+            factor: scaled.map_or_else(String::new, |own| own.factor.text.clone()),
+            replaces: false,
+            elements,
+        };
+        opened(text, std::slice::from_ref(&made))?;
+        *opening = Some(made);
+    }
+    let own = if is_array { sizes.len() } else { outer };
+    let element = At { sizes: sizes[..own].to_vec(), subscripts: subscripts[..own].to_vec() };
+    let (path, is_reversed) = (balance.site.path.clone(), balance.is_reversed);
+    Some(End::Equation { opening: opening.clone()?, path, is_reversed, element })
 }
 
-/// How something comes into a component of a library.
-fn connected_end(balance: &Balance, kind: &Kind, full: &dyn Fn(&str) -> String) -> Option<End> {
-    let (adapter, socket, flow) = kind.adapter?;
-    let ends = format!(".{flow}");
-    let connector = balance.mentions.iter().find_map(|name| name.strip_suffix(&ends))?;
-    (!balance.is_reversed).then(|| End::Connector { connector: full(connector), adapter, socket })
+/// The user's own texts in which the model's class may stand: file, text, and its name there.
+fn texts_of<'w>(workshop: &'w Workshop<'_>) -> Vec<(&'w str, &'w str, String)> {
+    let parts: Vec<&str> = hyd_compiler::dotted(&workshop.class).collect();
+    let mut found = vec![(workshop.name(), workshop.preamble.as_str(), workshop.class.clone())];
+    let others = workshop.own_texts().filter(|(file, _)| *file != workshop.name());
+    for (file, text) in others {
+        let within = hyd_compiler::head(text).within;
+        let is_around = within.len() < parts.len() && within.iter().zip(&parts).all(|(own, part)| own == part);
+        if is_around {
+            found.push((file, text, parts[within.len()..].join(".")));
+        }
+    }
+    found
 }
 
-/// A name that stands nowhere in the model's file and that no other place has.
-fn free(wanted: &str, workshop: &Workshop<'_>, known: &[Site]) -> Option<String> {
+/// How something comes into a component of a library: at a connector that has the variables of the adapter's and no others.
+fn connected_end(balance: &Balance, kind: &Kind, full: &dyn Fn(&str) -> String, tables: &Tables) -> Option<End> {
+    let (adapter, socket, variables) = kind.adapter?;
+    let ends = format!(".{}", variables[0]);
+    let connector = full(balance.mentions.iter().find_map(|name| name.strip_suffix(&ends))?);
+    // Without subscripts, as all elements of an array have the same.
+    let whole = |own: &VariableInfo| own.name.parts.iter().map(|(text, _)| &**text).collect::<String>();
+    let (known, _) = tables.find(&format!("{connector}.{}", variables[1]))?;
+    let path = whole(known).strip_suffix(variables[1])?.to_string();
+    let inside = |own: &VariableInfo| whole(own).strip_prefix(&*path).map(str::to_string);
+    let mut found: Vec<String> = tables.variables.iter().filter_map(inside).collect();
+    found.sort_unstable();
+    let mut fitting = variables.map(String::from);
+    fitting.sort_unstable();
+    (!balance.is_reversed && found == fitting).then_some(End::Connector { connector, adapter, socket })
+}
+
+/// A name that stands nowhere in the text, in the model's file and its package and that no other place has.
+fn free(wanted: &str, (workshop, text): (&Workshop<'_>, &str), known: &[Site]) -> Option<String> {
     let taken = |name: &str| {
-        workshop.preamble.contains(name)
+        text.contains(name)
+            || workshop.preamble.contains(name)
+            || workshop.own_texts().any(|(_, text)| text.contains(name))
             || known.iter().flat_map(|site| site.door.openings()).any(|opening| opening.name == name)
     };
     let numbered = (2_u32..).map(|k| format!("{wanted}_{k}"));
@@ -349,21 +468,23 @@ fn free(wanted: &str, workshop: &Workshop<'_>, known: &[Site]) -> Option<String>
 }
 
 /// The place that a course in time is.
-fn command(command: Command, workshop: &Workshop<'_>, known: &[Site]) -> Option<Site> {
+fn command(command: Command, (workshop, file, text): (&Workshop<'_>, &str, &str), known: &[Site]) -> Option<Site> {
     let Command { name, expression, line, equation } = command;
     let opening = match equation {
         None => None,
         Some(equation) => {
-            let free = free(&format!("given_{name}"), workshop, known)?;
+            let free = free(&format!("given_{}", name.replace('.', "_")), (workshop, text), known)?;
             let opening = Opening {
+                file: file.into(),
                 line,
                 equation,
                 name: free,
                 words: format!("what {name} is given"),
                 factor: String::new(),
                 replaces: true,
+                elements: None,
             };
-            opened(&workshop.preamble, std::slice::from_ref(&opening))?;
+            opened(text, std::slice::from_ref(&opening))?;
             Some(opening)
         }
     };
@@ -373,9 +494,10 @@ fn command(command: Command, workshop: &Workshop<'_>, known: &[Site]) -> Option<
         words: Arc::from(format!("command: {name} = {expression}")),
         path: name,
         channel: None,
-        file: workshop.shown_file(workshop.name()).into(),
+        file: workshop.shown_file(file).into(),
         line,
         scales: vec![("u".into(), expression.clone())],
+        array: None,
         door: Door::Command { variable, expression, opening },
     })
 }
@@ -387,21 +509,28 @@ fn outside(
     full: &dyn Fn(&str) -> String,
     (tables, workshop): (&Tables, &Workshop<'_>),
 ) -> Option<String> {
-    let mut text = term.to_string();
     let mut names = names.to_vec();
     names.sort_unstable();
-    // What no component has is a constant of a package, by a name that may mean something everywhere, or in its class alone.
-    let mut is_sure = !term.replace("der(", "").contains('(');
-    for &(from, to) in names.iter().rev() {
-        let own = full(&text[from..to]);
-        if tables.find(&own).is_some() {
-            text.replace_range(from..to, &own);
-        } else {
-            is_sure = false;
+    let of_variables = |name: &str| Some(full(name)).filter(|own| tables.find(own).is_some());
+    // What no component has as a variable is a constant: of the component, by a name that means something everywhere, or of a package around the model.
+    let with = |constant: &dyn Fn(&str) -> String| {
+        let mut text = term.to_string();
+        for &(from, to) in names.iter().rev() {
+            let name = &term[from..to];
+            text.replace_range(from..to, &of_variables(name).unwrap_or_else(|| constant(name)));
         }
+        text
+    };
+    if !term.replace("der(", "").contains('(')
+        && names.iter().all(|&(from, to)| of_variables(&term[from..to]).is_some())
+    {
+        return Some(with(&|name| name.into()));
     }
-    let is_meant = || Workshop { channels: vec![text.clone()], ..workshop.clone() }.translate(&[]).is_ok();
-    (is_sure || is_meant()).then_some(text)
+    let mut ways = vec![with(full), with(&|name| name.into())];
+    let parts: Vec<&str> = hyd_compiler::dotted(&workshop.class).collect();
+    let packages = (1..parts.len()).rev().map(|count| parts[..count].join("."));
+    ways.extend(packages.map(|package| with(&|name| format!("{package}.{name}"))));
+    ways.into_iter().find(|text| Workshop { channels: vec![text.clone()], ..workshop.clone() }.translate(&[]).is_ok())
 }
 
 /// What a balance is of; where it is solved for its rate, with what multiplies that which comes in.

@@ -320,7 +320,7 @@ fn effects(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
             size["parameters"] = places.iter().map(|&place| problem.places[place].name()).collect::<Vec<_>>().into();
             parameters.insert(name.to_string(), size);
         }
-        json!({"id": &*effect.id, "effect": candidate.label(), "kind": effect.kind.word(), "component": site.path, "components": site.components(), "equation": &*effect.words,
+        json!({"id": &*effect.id, "effect": candidate.label(), "kind": effect.kind.word(), "component": candidate.place(), "components": candidate.components(), "equation": &*effect.words,
             "class": effect.class, "file": &*site.file, "line": site.line, "parameters": parameters})
     };
     Ok(pass.base.inserts.iter().enumerate().map(describe).collect())

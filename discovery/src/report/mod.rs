@@ -261,6 +261,7 @@ mod tests {
             driven: Vec::new(),
             library_classes: Arc::new([]),
             opaque: None,
+            others: crate::variant::other_files::OtherFiles::default(),
         };
         let annotation = format!("  annotation(__hyd({}));\n", discovered(&workshop.class, "named", nasty));
         let base = format!("model {0}\n  Real x = 1;\nend {0};\n", workshop.class);

@@ -23,7 +23,7 @@ pub(super) fn found_before(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
     let problem = last.base.problem(setup)?;
     let describe = |(number_of, candidate): (usize, &crate::catalogue::Candidate)| {
         let parameters = sizes(&problem, &last.fit, (number_of, &candidate.effect));
-        json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words, "component": candidate.sites[0].path,
+        json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words, "component": candidate.place(),
             "parameters": parameters, "misfit": number(last.fit.misfit / last.expected)})
     };
     Ok(last.base.inserts.iter().enumerate().map(describe).collect())
@@ -40,10 +40,12 @@ pub(super) fn nearest(scene: &Scene<'_>) -> Result<Vec<Value>, Fault> {
         let (Some(fit), Some(candidate)) = (&tried.fit, tried.hypothesis.inserts.last()) else { continue };
         let problem = tried.hypothesis.problem(setup)?;
         let parameters = sizes(&problem, fit, (tried.hypothesis.inserts.len() - 1, &candidate.effect));
-        values.push(json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words,
-            "component": candidate.sites[0].path, "parameters": parameters, "misfit": number(fit.misfit / last.expected),
+        values.push(
+            json!({"id": &*candidate.effect.id, "effect": candidate.label(), "words": &*candidate.effect.words,
+            "component": candidate.place(), "parameters": parameters, "misfit": number(fit.misfit / last.expected),
             "cost_drop": number(tried.cost_drop), "size_in_errors": tried.errors.map(number),
-            "criterion": criterion(scene, last, tried, fit)}));
+            "criterion": criterion(scene, last, tried, fit)}),
+        );
     }
     Ok(values)
 }
@@ -75,7 +77,7 @@ fn criterion(scene: &Scene<'_>, pass: &Pass, tried: &Tried, fit: &Fit) -> String
     if let Some(reason) = &findings.reason {
         return reason.clone();
     }
-    if is_beaten(pass, fit) {
+    if is_beaten(pass, tried, fit) {
         return "a plain term at an equation explains what it leaves".to_string();
     }
     match findings.status {

@@ -161,7 +161,7 @@ impl Search<'_> {
         }
         if grown.is_empty() {
             return none(
-                "the equations whose terms explain it belong to components that the model does not let exchange",
+                "the equations whose terms explain it are those of a library, or of components that the model does not declare as places",
             );
         }
         grown.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
@@ -234,7 +234,11 @@ impl Search<'_> {
 
     /// True if a law at this equation can be written as text.
     pub(super) fn is_writable(&self, term: &Term, declared: &[&Site]) -> bool {
-        let is_own = !self.workshop.preamble.is_empty() && *term.file == *self.workshop.name();
+        // Of a package that says where effects have places, laws are written there only.
+        let is_own = match !self.workshop.preamble.is_empty() && *term.file == *self.workshop.name() {
+            true => true,
+            false => declared.is_empty() && self.workshop.own_text(&term.file).is_some(),
+        };
         is_own || declared.iter().any(|site| site.path == *term.component)
     }
 

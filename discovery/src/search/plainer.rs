@@ -15,10 +15,7 @@ impl Search<'_> {
     /// The effects with a plainer one in the place of the first that needs no more, and the fit with it; none where all do.
     pub(super) fn plainer(&self, found: &[Candidate], fit: &Fit) -> Result<Option<(Vec<Candidate>, Fit)>, Fault> {
         for (number, own) in found.iter().enumerate().filter(|(_, own)| !own.effect.refines.is_empty()) {
-            let is_plainer = |other: &&Candidate| {
-                let (here, there) = (&own.sites[0], &other.sites[0]);
-                own.effect.refines.contains(&other.effect.id) && (&here.id, &here.path) == (&there.id, &there.path)
-            };
+            let is_plainer = |other: &&Candidate| own.refines(other) && own.effect.id != other.effect.id;
             let Some(plainer) = self.candidates.iter().find(is_plainer) else { continue };
             (self.progress)(&format!("fitting {} in the place of {}", plainer.label(), own.label()));
             let with = Hypothesis::new(self.setup, self.workshop, found.to_vec())?;

@@ -29,9 +29,7 @@ impl Search<'_> {
         if pass.fit.cost - fit.cost < self.needed * scale {
             return Ok(());
         }
-        let is_plainer = |own: &Candidate| {
-            leader.effect.refines.contains(&own.effect.id) && own.sites[0].path == leader.sites[0].path
-        };
+        let is_plainer = |own: &Candidate| leader.refines(own);
         let is_new = |&k: &usize| {
             let Tried { hypothesis, fit, .. } = &pass.tried[k];
             fit.is_none() && hypothesis.machine.is_fast() && hypothesis.inserts.last().is_some_and(is_plainer)

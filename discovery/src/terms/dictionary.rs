@@ -270,6 +270,8 @@ mod tests {
             unit: None,
             factors: Vec::new(),
             variables: Vec::new(),
+            count: 1,
+            elements: Vec::new(),
             refused: None,
         };
         let variables = ["x", "v", "c"].map(|name| (name.to_string(), name.to_string())).to_vec();

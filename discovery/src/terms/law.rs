@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use hyd_compiler::{Opening, SourceText, Sources, Variation, opened, print_string, varied};
 
-use crate::catalogue::door::{self, Door, End};
+use crate::catalogue::door::{self, At, Door, End};
 use crate::catalogue::{Candidate, Effect, EffectParameter, Kind, Site};
 use crate::terms::dictionary::Term;
 use crate::terms::dynamics::{Dynamics, Names};
@@ -280,6 +280,7 @@ impl Law {
             references: Vec::new(),
             excludes: Vec::new(),
             refines: Vec::new(),
+            absolute: None,
             zero: Some(0.0),
             // What was made after the record is no idealised law.
             form: 0.0,
@@ -412,7 +413,7 @@ fn of_equation(
     memory: Option<&Written>,
 ) -> Option<(Site, String)> {
     let first = &terms.first()?.term;
-    if workshop.preamble.is_empty() || *first.file != *workshop.name() || first.component.contains('[') {
+    if workshop.own_text(&first.file).is_none() || first.component.contains('[') {
         return None;
     }
     let mut given: Vec<String> = Vec::new();
@@ -464,22 +465,25 @@ pub(crate) fn place_id(component: &str, equation: &str) -> String {
     format!("{EQUATION}{of}: {}", equation.trim_end_matches(';'))
 }
 
-/// The place that an equation (component, file, line, text) of the study's file is, for a block that is given these variables of the
+/// The place that an equation (component, file, line, text) of the study's file, or of its package, is, for a block that is given these variables of the
 /// component; none where the equation cannot be opened.
 pub(crate) fn site_of(
     (component, file, line, equation): (&Arc<str>, &str, u32, &str),
     given: &[Arc<str>],
     workshop: &Workshop<'_>,
 ) -> Option<Site> {
+    let text = workshop.own_text(file)?;
     let opening = Opening {
+        file: file.into(),
         line,
         equation: equation.to_string(),
-        name: free(&workshop.preamble, line)?,
+        name: free(text, line)?,
         words: "what no library holds".to_string(),
         factor: String::new(),
         replaces: false,
+        elements: None,
     };
-    opened(&workshop.preamble, std::slice::from_ref(&opening))?;
+    opened(text, std::slice::from_ref(&opening))?;
     let full = |variable: &Arc<str>| match component.is_empty() {
         true => variable.to_string(),
         false => format!("{component}.{variable}"),
@@ -493,10 +497,11 @@ pub(crate) fn site_of(
         file: workshop.shown_file(file).into(),
         line,
         door: Door::Balance {
-            end: End::Equation { opening, path: component.clone(), is_reversed: false },
+            end: End::Equation { opening, path: component.clone(), is_reversed: false, element: At::default() },
             law: door::Law { inputs, output: GIVES },
         },
         scales: Vec::new(),
+        array: None,
     })
 }
 

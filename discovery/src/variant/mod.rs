@@ -7,6 +7,7 @@
 pub(crate) mod composed;
 pub(crate) mod data_files;
 pub(crate) mod modifications;
+pub(crate) mod other_files;
 pub(crate) mod text_bundle;
 pub(crate) mod translated;
 
@@ -23,12 +24,13 @@ use hyd_compiler::{
 };
 
 use crate::Fault;
-use crate::catalogue::door::{Door, End, Law};
+use crate::catalogue::door::{At, Door, End, Law};
 use crate::catalogue::{Candidate, Site, sites};
 use crate::study::initial::{StartOf, declarations, equations};
 use crate::terms::dictionary::Term;
 use crate::variant::composed::Composed;
 use crate::variant::modifications::{Modifications, last_name};
+use crate::variant::other_files::{OpenedSources, OtherFiles, Owner};
 use crate::variant::translated::{ChannelNames, Translated};
 
 /// Names of the model with effects, of the one with channels, and of the one in which places are looked for; with a number where
@@ -52,6 +54,8 @@ pub struct Workshop<'a> {
     pub preamble: String,
     /// Name of the study's model file.
     pub file: String,
+    /// The files beside that one.
+    pub others: OtherFiles,
     /// Full name of the base model.
     pub class: String,
     /// Expressions of the channels.
@@ -94,7 +98,7 @@ fn stated(Insert { candidate, values }: &Insert) -> Vec<String> {
 /// The modifications that put effects into a model.
 fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[StartOf]) -> String {
     let mut tree = Modifications::default();
-    let mut terms: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut terms: BTreeMap<String, Vec<(At, String)>> = BTreeMap::new();
     let mut commands: BTreeMap<&str, String> = BTreeMap::new();
     for insert in inserts {
         let candidate = &insert.candidate;
@@ -107,13 +111,13 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
                 }
                 Door::Balance { law, .. } | Door::Exchange { law, .. } => {
                     for (k, end) in site.door.ends().iter().enumerate() {
-                        let End::Equation { opening, path, is_reversed } = end else { continue };
+                        let End::Equation { opening, path, is_reversed, element } = end else { continue };
                         let path =
                             if path.is_empty() { opening.name.clone() } else { format!("{path}.{}", opening.name) };
                         // What comes into the first is taken from the second.
                         let sign = if *is_reversed == (k == 0) { "-" } else { "" };
                         let term = format!("{sign}{}.{}", candidate.component(site), law.output);
-                        terms.entry(path).or_default().push(term);
+                        terms.entry(path).or_default().push((element.clone(), term));
                     }
                 }
                 // Of several in a chain the last one gives the value.
@@ -133,8 +137,13 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
     }
     for (path, terms) in terms {
         // Effects at one equation add up.
-        let sum = terms.join(" + ").replace("+ -", "- ");
-        tree.insert(&path, format!("{} = {sum}", last_name(&path)), Vec::new());
+        let sum = |at: &[usize]| {
+            let own: Vec<&str> =
+                terms.iter().filter(|(own, _)| own.subscripts == at).map(|(_, term)| term.as_str()).collect();
+            if own.is_empty() { "0".to_string() } else { own.join(" + ").replace("+ -", "- ") }
+        };
+        let Some((first, _)) = terms.first() else { continue };
+        tree.insert(&path, format!("{} = {}", last_name(&path), first.array(&sum)), Vec::new());
     }
     for (variable, value) in commands {
         tree.insert(variable, format!("{variable} = {value}"), Vec::new());
@@ -250,11 +259,39 @@ impl Workshop<'_> {
         )
     }
 
-    /// The study's model file with the equations opened that effects add terms to.
+    /// The text of the user's own with this name: the model's file, or one of its package.
+    pub(crate) fn own_text(&self, file: &str) -> Option<&str> {
+        match !self.preamble.is_empty() && file == self.name() {
+            true => Some(&self.preamble),
+            false => self.text_of(file, Owner::User),
+        }
+    }
+
+    /// The text of a library with this name, but for what is built in.
+    pub(crate) fn library_text(&self, file: &str) -> Option<&str> {
+        self.text_of(file, Owner::Library)
+    }
+
+    fn text_of(&self, file: &str, owner: Owner) -> Option<&str> {
+        self.other_texts().get(file).filter(|(own, _)| *own == owner).map(|(_, text)| text.as_str())
+    }
+
+    /// The texts of the package that the model's file belongs to, by the names of their files.
+    pub(crate) fn own_texts(&self) -> impl Iterator<Item = (&str, &str)> {
+        let own = self.other_texts().iter().filter(|(_, (owner, _))| *owner == Owner::User);
+        own.map(|(name, (_, text))| (name.as_str(), text.as_str()))
+    }
+
+    fn other_texts(&self) -> &BTreeMap<String, (Owner, String)> {
+        // Without the base model's files nothing can be found in it, which those say who translate it.
+        self.others.texts(|| self.files(&[]).unwrap_or_default())
+    }
+
+    /// The study's model file with the equations opened that effects add terms to, and what is opened in other files.
     ///
     /// # Errors
     /// An equation that is not in the file.
-    fn preamble(&self, inserts: &[Insert]) -> Result<Cow<'_, str>, Fault> {
+    fn preamble(&self, inserts: &[Insert]) -> Result<(Cow<'_, str>, Vec<Opening>), Fault> {
         let mut openings: Vec<Opening> = Vec::new();
         for site in inserts.iter().flat_map(|insert| &insert.candidate.sites) {
             for opening in site.door.openings() {
@@ -263,14 +300,22 @@ impl Workshop<'_> {
                 }
             }
         }
-        if openings.is_empty() {
-            return Ok(Cow::Borrowed(&self.preamble));
+        let is_here = |opening: &Opening| !self.preamble.is_empty() && *opening.file == *self.name();
+        let (here, elsewhere): (Vec<Opening>, Vec<Opening>) = openings.into_iter().partition(is_here);
+        if here.is_empty() {
+            return Ok((Cow::Borrowed(&self.preamble), elsewhere));
         }
-        let text = opened(&self.preamble, &openings);
-        text.map(Cow::Owned).ok_or_else(|| {
-            let equations: Vec<String> = openings.iter().map(|own| format!("`{}`", own.equation)).collect();
+        let text = opened(&self.preamble, &here);
+        text.map(|text| (Cow::Owned(text), elsewhere)).ok_or_else(|| {
+            let equations: Vec<String> = here.iter().map(|own| format!("`{}`", own.equation)).collect();
             Fault::new(format!("`{}` has no place for a term in {}", self.file, equations.join(" or ")))
         })
+    }
+
+    /// A new way to the libraries, with what is opened in their texts.
+    fn opened_sources(&self, openings: &[Opening]) -> Box<dyn Sources> {
+        let inner = (self.sources)();
+        if openings.is_empty() { inner } else { Box::new(OpenedSources { inner, openings: openings.to_vec() }) }
     }
 
     /// The same with what effects in measuring chains make of the channels.
@@ -293,8 +338,9 @@ impl Workshop<'_> {
     /// The messages of the compiler.
     pub fn translate_with_terms(&self, inserts: &[Insert], terms: &[Term]) -> Result<Translated, Fault> {
         let extended = self.extended(inserts, "with effects", &[], "");
-        let preamble = self.preamble(inserts)?;
-        self.shown(inserts).translate_with(&preamble, &extended, (terms, &self.words(inserts))).map(|(model, _)| model)
+        let (preamble, openings) = self.preamble(inserts)?;
+        let texts = (&*preamble, &*extended, &*openings);
+        self.shown(inserts).translate_with(texts, (terms, &self.words(inserts))).map(|(model, _)| model)
     }
 
     fn options(&self) -> Options {
@@ -344,10 +390,10 @@ impl Workshop<'_> {
         if self.opaque.is_some() {
             return Vec::new();
         }
-        let Ok(preamble) = self.preamble(inserts) else { return Vec::new() };
+        let Ok((preamble, openings)) = self.preamble(inserts) else { return Vec::new() };
         let (text, _) =
             self.shown(inserts).measured(&preamble, &self.extended(inserts, "with effects", &[], ""), names);
-        let (sites, _) = injection_sites(&mut *(self.sources)(), self.name(), &text, &self.options());
+        let (sites, _) = injection_sites(&mut *self.opened_sources(&openings), self.name(), &text, &self.options());
         let own = self.preamble.lines().count();
         sites.into_iter().filter(|site| *site.file != *self.name() || site.line as usize <= own).collect()
     }
@@ -357,7 +403,8 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn translate_whole(&self, whole: &str, inserts: &[Insert]) -> Result<Translated, Fault> {
-        self.shown(inserts).translate_with("", whole, (&[], "the model of the report")).map(|(model, _)| model)
+        let model = self.shown(inserts).translate_with(("", whole, &[]), (&[], "the model of the report"));
+        model.map(|(model, _)| model)
     }
 
     /// Texts that a model with effects is made of, except its own and those that `built_in` knows by their names.
@@ -365,9 +412,10 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn texts(&self, inserts: &[Insert], built_in: &dyn Fn(&str) -> bool) -> Result<Vec<String>, Fault> {
-        let preamble = self.preamble(inserts)?;
+        let (preamble, openings) = self.preamble(inserts)?;
         let extended = self.extended(inserts, "", &[], "");
-        let (_, files) = self.shown(inserts).translate_with(&preamble, &extended, (&[], &self.words(inserts)))?;
+        let own = (&*preamble, &*extended, &*openings);
+        let (_, files) = self.shown(inserts).translate_with(own, (&[], &self.words(inserts)))?;
         let mut texts = if preamble.is_empty() { Vec::new() } else { vec![preamble.to_string()] };
         texts
             .extend(files.into_iter().filter(|(name, _)| name != self.name() && !built_in(name)).map(|(_, text)| text));
@@ -380,10 +428,17 @@ impl Workshop<'_> {
     /// # Errors
     /// The messages of the compiler.
     pub fn files(&self, inserts: &[Insert]) -> Result<Vec<(String, String)>, Fault> {
-        let preamble = self.preamble(inserts)?;
+        let (preamble, openings) = self.preamble(inserts)?;
         let extended = self.extended(inserts, "", &[], "");
-        let (_, mut files) = self.shown(inserts).translate_with(&preamble, &extended, (&[], &self.words(inserts)))?;
+        let own = (&*preamble, &*extended, &*openings);
+        let (_, mut files) = self.shown(inserts).translate_with(own, (&[], &self.words(inserts)))?;
         files.retain(|(name, _)| name != self.name());
+        for (name, text) in files.iter_mut().filter(|(name, _)| openings.iter().any(|own| *own.file == **name)) {
+            // As it stands in the file.
+            if let Some((_, own)) = self.other_texts().get(name) {
+                text.clone_from(own);
+            }
+        }
         if !self.preamble.is_empty() {
             files.insert(0, (self.file.clone(), self.preamble.clone()));
         }
@@ -440,15 +495,15 @@ impl Workshop<'_> {
     #[allow(clippy::type_complexity, reason = "names and texts of files, used twice")]
     fn translate_with(
         &self,
-        preamble: &str,
-        extended: &str,
+        (preamble, extended, openings): (&str, &str, &[Opening]),
         (terms, words): (&[Term], &str),
     ) -> Result<(Translated, Vec<(String, String)>), Fault> {
         let terms: Vec<Injection> = terms.iter().enumerate().map(|(k, term)| injection(k, term)).collect();
         let compiled = |names: &ChannelNames| {
             let (text, channels) = self.measured(preamble, extended, names);
             let extras = Extras { terms: &terms, driven: &self.driven, joined: true, ..Extras::default() };
-            let compilation = compile_extended(&mut *(self.sources)(), self.name(), &text, &self.options(), &extras);
+            let compilation =
+                compile_extended(&mut *self.opened_sources(openings), self.name(), &text, &self.options(), &extras);
             (text, channels, compilation)
         };
         let mut names =

@@ -44,6 +44,7 @@ fn with_problem(study: &str, work: impl Fn(&Setup, &Problem<'_>, &Weighing, &[f6
         driven: setup.driven(),
         library_classes: [].into(),
         opaque: None,
+        others: hyd_discovery::OtherFiles::default(),
     };
     let model = workshop.translate(&[]).expect("a model");
     let machine = setup.machine(model).expect("a machine");

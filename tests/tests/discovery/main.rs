@@ -6,6 +6,7 @@
 //! ones.  Bad benches must end with a sentence and never with a name.
 
 mod alike;
+mod arrays;
 mod bench_answers;
 mod bench_columns;
 mod calibrated;
@@ -15,6 +16,7 @@ mod exchanged;
 mod hidden;
 mod laws;
 mod next;
+mod packages;
 mod pendulum;
 mod plain;
 mod real;

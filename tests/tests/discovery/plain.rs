@@ -60,7 +60,7 @@ fn integrate(bench: &Bench, shot: &[f64]) -> Vec<Vec<f64>> {
     rows
 }
 
-fn write(folder: &Path, bench: &Bench) {
+pub(crate) fn write(folder: &Path, bench: &Bench) {
     let mut draws = Draws(23);
     fs::write(folder.join("plain.mo"), bench.model).expect("written");
     let mut study = format!("file = \"plain.mo\"\nwithout = {:?}\n", bench.without);
@@ -110,21 +110,31 @@ pub(crate) fn answer(bench: &Bench) -> Value {
 pub(crate) fn answer_in(bench: &Bench) -> (Value, PathBuf) {
     let folder = folder(&format!("plain-{}", bench.name));
     write(&folder, bench);
-    let found = hyd(&folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
+    (found_in(&folder, &[]), folder)
+}
+
+/// What is found in a folder with study and set; the written model is checked.
+pub(crate) fn found_in(folder: &Path, further: &[&str]) -> Value {
+    let arguments = [&["discover", "study.toml", "--bench", "set.json", "--report", "report"], further].concat();
+    let found = hyd(folder, &arguments);
     assert_eq!(found.code, Some(0), "{}{}", found.stdout, found.stderr);
     let report = json(&fs::read_to_string(folder.join("report/report.json")).expect("written"));
     if report["effects"].as_array().is_some_and(|effects| !effects.is_empty()) {
         let checked = hyd(&folder.join("report"), &["simulate", "discovered.hyd", "--result", "run.csv"]);
         assert_eq!(checked.code, Some(0), "{}", checked.stderr);
     }
-    (report, folder)
+    report
 }
 
 /// The one effect named, with sizes within four standard errors of the truth.
 pub(crate) fn names(bench: &Bench, status: &str, id: &str, place: &str, sizes: &[(&str, f64)]) {
-    let report = answer(bench);
+    check_names(&answer(bench), (bench.name, status, id, place), sizes);
+}
+
+/// The same of a report.
+pub(crate) fn check_names(report: &Value, (name, status, id, place): (&str, &str, &str, &str), sizes: &[(&str, f64)]) {
     let effects = report["effects"].as_array().expect("a list");
-    assert_eq!(report["status"], status, "{}: {report:#}", bench.name);
+    assert_eq!(report["status"], status, "{name}: {report:#}");
     assert!(effects.len() == 1 && effects[0]["id"] == id && effects[0]["component"] == place, "{effects:#?}");
     for (name, truth) in sizes {
         let number = |key: &str| effects[0]["parameters"][name][key].as_f64().expect("a number");

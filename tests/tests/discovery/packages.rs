@@ -1,0 +1,85 @@
+//! Models that are a class of a package in a folder, or made of components of somebody's library: places are in these texts, too.
+
+use std::fs;
+use std::path::Path;
+
+use crate::folder;
+use crate::plain::{Bench, SWING, check_names, found_in, write};
+
+/// Puts files where the study looks for its model; `study` says which file and class that is.
+fn put(folder: &Path, (file, class): (&str, &str), texts: &[(&str, &str)]) {
+    for (name, text) in texts {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+        fs::write(path, text).expect("written");
+    }
+    let study = fs::read_to_string(folder.join("study.toml")).expect("written");
+    let study = study.replace("plain.mo", file).replace("default = \"Swing\"", &format!("default = \"{class}\""));
+    fs::write(folder.join("study.toml"), study).expect("written");
+    fs::remove_file(folder.join("plain.mo")).expect("there");
+}
+
+#[test]
+fn a_class_of_a_package_is_searched() {
+    let bench = Bench {
+        name: "package",
+        rates: |x, _| vec![x[1], (-80.0 * x[0] - 0.6 * x[1] - 1.5 * (x[1] / 1e-3).tanh()) / 2.0],
+        ..SWING
+    };
+    let folder = folder("package");
+    write(&folder, &bench);
+    let swing = format!("within Rig.Parts;\n{}", SWING.model.replace("m*der(v)", "Rig.one*m*der(v)"));
+    put(
+        &folder,
+        ("Rig/Parts/Swing.mo", "Rig.Parts.Swing"),
+        &[
+            ("Rig/package.mo", "package Rig\n  constant Real one = 1;\nend Rig;\n"),
+            ("Rig/Parts/package.mo", "within Rig;\npackage Parts\nend Parts;\n"),
+            ("Rig/Parts/Swing.mo", &swing),
+        ],
+    );
+    let report = found_in(&folder, &[]);
+    check_names(&report, ("package", "named", "coulomb_friction", "v"), &[("F_c", 1.5)]);
+    // What was opened is in the report alone.
+    assert_eq!(fs::read_to_string(folder.join("Rig/Parts/Swing.mo")).expect("there"), swing);
+    let written = fs::read_to_string(folder.join("report/discovered.hyd")).expect("written");
+    assert!(written.contains("further_force") && written.contains("package Parts"), "{written}");
+    let _ = fs::remove_dir_all(&folder);
+}
+
+/// A connector of other variables than those of the built-in library's flange takes no adapter: the library's equation is opened in what is written.
+#[test]
+fn components_of_a_library_are_searched() {
+    let library: [(&str, &str); 5] = [
+        ("lib/Turn/package.mo", "package Turn\nend Turn;\n"),
+        ("lib/Turn/Flange.mo", "within Turn;\nconnector Flange\n  Real phi;\n  flow Real f;\nend Flange;\n"),
+        (
+            "lib/Turn/Rotor.mo",
+            "within Turn;\nmodel Rotor \"a body that turns\"\n  parameter Real J(unit = \"kg.m2\") = 2;\n  Flange a;\n  Real phi(unit = \"rad\");\n  \
+             Real w(unit = \"rad/s\");\n  Real z(unit = \"rad/s2\");\nequation\n  phi = a.phi;\n  w = der(phi);\n  z = der(w);\n  J*z = a.f;\nend Rotor;\n",
+        ),
+        (
+            "lib/Turn/Spring.mo",
+            "within Turn;\nmodel Spring\n  parameter Real c = 80;\n  parameter Real d = 0.6;\n  Flange a;\nequation\n  a.f = c*a.phi + d*der(a.phi);\n\
+             end Spring;\n",
+        ),
+        (
+            "rig.mo",
+            "model Swing\n  parameter Real x0 = 0.5;\n  parameter Real m = 2;\n  parameter Real k = 80;\n  parameter Real d = 0.6;\n  \
+             Turn.Rotor rotor(J = m, phi(start = x0, fixed = true), w(start = 0, fixed = true));\n  Turn.Spring spring(c = k, d = d);\n\
+             equation\n  connect(rotor.a, spring.a);\nend Swing;\n",
+        ),
+    ];
+    let bench = Bench {
+        name: "library",
+        channels: &[("x_m", "rotor.phi", 1e-3), ("v_ms", "rotor.w", 5e-3)],
+        rates: |x, _| vec![x[1], (-80.0 * x[0] - 0.6 * x[1] - 1.5 * (x[1] / 1e-3).tanh()) / 2.0],
+        ..SWING
+    };
+    let folder = folder("library");
+    write(&folder, &bench);
+    put(&folder, ("rig.mo", "Swing"), &library);
+    let report = found_in(&folder, &["--library", "lib"]);
+    check_names(&report, ("library", "named", "coulomb_friction", "rotor.w"), &[("F_c", 1.5)]);
+    let _ = fs::remove_dir_all(&folder);
+}
