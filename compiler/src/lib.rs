@@ -30,7 +30,7 @@ pub use hyd_instance::{SourceText, Sources, Trees};
 pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean, dotted};
 pub use hyd_syntax::{Head, compare_versions, head, is_keyword, print_string, uses, version};
 pub use injection::{InjectionSite, MOST_ELEMENTS, injection_sites};
-pub use opening::{Command, Elements, Opening, commands, opened};
+pub use opening::{Command, Course, Elements, Opening, commands, course, opened};
 pub use pipeline::{
     Extras, compile, compile_extended, compile_over, compile_whole_loops, compile_with, with_whole_loops,
 };

@@ -12,7 +12,7 @@ use hyd_syntax::tree::{
     ClassBody, Component, ComponentRef, Direction, Element, Equation, EquationKind, Expr, ExprKind, Variability,
 };
 
-use crate::balance::{rate_of, walk, written};
+use crate::balance::{rate_of, sides, walk, written};
 
 /// A place in a text where a further term is let in.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -141,6 +141,41 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
     found
 }
 
+/// An equation that gives a variable a course in time.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Course {
+    /// Name of the variable.
+    pub name: String,
+    /// The expression.
+    pub expression: String,
+    /// Names in it but `time`, as bytes of it from and to.
+    pub names: Vec<(usize, usize)>,
+}
+
+/// Operators that ask for more than values of now, or for events of their own.
+const OF_THE_PAST: [&str; 8] = ["der", "pre", "edge", "change", "delay", "sample", "initial", "spatialDistribution"];
+
+/// What an equation `y = ...` of time says; none of any other.  Whether the names in it are fixed is not looked at.
+pub fn course(equation: &str) -> Option<Course> {
+    let (left, right, text) = sides(equation)?;
+    let ExprKind::Ref(name) = &left.kind else { return None };
+    let (mut of_time, mut is_free, mut names) = (false, true, Vec::new());
+    let begin = right.span.start as usize;
+    walk(&right, &mut |part| match &part.kind {
+        ExprKind::Ref(name) if written(&text, name.span) == "time" => of_time = true,
+        ExprKind::Ref(name) => names.push((name.span.start as usize - begin, name.span.end as usize - begin)),
+        ExprKind::Call(function, _) => {
+            is_free &= function.parts.len() > 1 || !OF_THE_PAST.contains(&&*function.parts[0].name.name);
+        }
+        _ => {}
+    });
+    (of_time && is_free).then(|| Course {
+        name: written(&text, name.span).to_string(),
+        expression: written(&text, right.span).to_string(),
+        names,
+    })
+}
+
 /// The text with a variable added to the right side of some equations and declared in their classes; no line moves.  None if one of the
 /// equations is not found, or not once.
 pub fn opened(text: &str, openings: &[Opening]) -> Option<String> {
@@ -264,7 +299,7 @@ pub(crate) fn behind_description(text: &str, name: usize) -> Option<usize> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Opening, commands, opened};
+    use super::{Opening, commands, course, opened};
     use crate::{Balance, Goal, Options, SourceText, Sources, balances, compile, injection_sites};
 
     struct Nothing;
@@ -319,6 +354,16 @@ mod tests {
             assert_eq!(opened(&text, &[Opening { line: 1, ..opening("further") }]), None);
             let times = opened(&text, &[Opening { factor: "3/x".into(), ..opening("further") }]).unwrap();
             assert_eq!(times, whole.replace("+ further", "+ 3/x*further"));
+        }
+    }
+
+    #[test]
+    fn equations_of_time() {
+        let found = course("y = offset + (if time < t_0 then 0 else 2*a.h);").unwrap();
+        let names: Vec<&str> = found.names.iter().map(|&(from, to)| &found.expression[from..to]).collect();
+        assert_eq!((found.name.as_str(), names), ("y", vec!["offset", "t_0", "a.h"]));
+        for equation in ["y = offset", "y + time = 0", "y = pre(y) + time", "der(y) = time", "y = delay(time, 1)"] {
+            assert_eq!(course(equation), None, "{equation}");
         }
     }
 

@@ -169,7 +169,7 @@ fn is_of_second_order(named: &[(&str, String, String)], site: &InjectionSite, ca
 }
 
 /// The sides of an equation, with the text in which their spans count.
-fn sides(equation: &str) -> Option<(Expr, Expr, String)> {
+pub(crate) fn sides(equation: &str) -> Option<(Expr, Expr, String)> {
     let text = format!("model T equation {};\nend T;\n", equation.trim().trim_end_matches(';'));
     let file = Files::new().add("equation", text.as_str());
     let parsed = hyd_syntax::parse(file, &text);

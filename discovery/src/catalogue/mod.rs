@@ -4,9 +4,11 @@
 //! `annotation(__hyd(place(id = ...)))`; both are read as data, so that neither an effect nor a drive needs a line of Rust.
 //! A [`Candidate`] is an effect at the place (or places) of one model.
 
+mod commands;
 pub(crate) mod considered;
 pub(crate) mod door;
 mod exchanged;
+mod naming;
 pub(crate) mod natural;
 pub(crate) mod places;
 pub(crate) mod same_ids;

@@ -3,16 +3,18 @@
 //! A balance ([`hyd_compiler::balances`]) is told by units what it is of: by that of the equation, else by that of the variable that
 //! is stored.  Where a model has no units, a second derivative makes a balance of forces, and else the name of the variable decides as
 //! engineers choose names.  An effect comes in as a term of an equation of the model's file, or, where the equation is that of a
-//! component of a library, by an adapter on the component's connector.  Every channel is the place of a measuring chain, and what the
-//! model gives a variable as a course in time that of a valve or drive.
+//! component of a library, by an adapter on the component's connector.  Every channel is the place of a measuring chain; for what a valve or drive
+//! is told see [`super::commands`].
 
 use std::sync::Arc;
 
-use hyd_compiler::{Balance, Command, Element, Elements, MOST_ELEMENTS, Opening, Scaled, balances, commands, opened};
-use hyd_system::{Tables, ValueKind, VariableInfo};
+use hyd_compiler::{Balance, Element, Elements, MOST_ELEMENTS, Opening, Scaled, balances, opened};
+use hyd_system::{Tables, VariableInfo};
 
+use crate::catalogue::commands::commands;
 use crate::catalogue::door::{At, Door, End, Law};
 use crate::catalogue::exchanged::{Store, between};
+use crate::catalogue::naming::{free, outside};
 use crate::catalogue::{Effect, SCALE, Site};
 use crate::data::ChannelInfo;
 use crate::terms::law::{EQUATION, place_id, site_of};
@@ -27,8 +29,6 @@ const PAIR: &str = "sensor_pair";
 const MOST_PAIRED: usize = 8;
 /// Id of the place that the trigger of a unit is.
 const MOVED: &str = "trigger_moved";
-/// Id of the place that a course in time is.
-const COMMAND: &str = "command";
 
 /// A kind of balance.
 struct Kind {
@@ -143,17 +143,7 @@ pub(crate) fn found(
         found.extend(sites);
         sentences.extend(said);
     }
-    for (file, text, class) in texts_of(workshop) {
-        for own in commands(text, &class) {
-            // Of a component's variable the text does not say what it is.
-            let is_number = |name: &str| base.tables().find(name).is_some_and(|(own, _)| own.kind == ValueKind::Real);
-            if own.name.contains('.') && !is_number(&own.name) {
-                continue;
-            }
-            let site = command(own, (workshop, file, text), &found);
-            found.extend(site);
-        }
-    }
+    commands(&sites, base.tables(), workshop, &mut found);
     let moved = workshop.opaque.iter().map(|own| &own.moved).filter(|moved| !moved.is_empty());
     found.extend(moved.map(|moved| Site {
         id: MOVED.into(),
@@ -423,21 +413,6 @@ fn opened_end(
     Some(End::Equation { opening: opening.clone()?, path, is_reversed, element })
 }
 
-/// The user's own texts in which the model's class may stand: file, text, and its name there.
-fn texts_of<'w>(workshop: &'w Workshop<'_>) -> Vec<(&'w str, &'w str, String)> {
-    let parts: Vec<&str> = hyd_compiler::dotted(&workshop.class).collect();
-    let mut found = vec![(workshop.name(), workshop.preamble.as_str(), workshop.class.clone())];
-    let others = workshop.own_texts().filter(|(file, _)| *file != workshop.name());
-    for (file, text) in others {
-        let within = hyd_compiler::head(text).within;
-        let is_around = within.len() < parts.len() && within.iter().zip(&parts).all(|(own, part)| own == part);
-        if is_around {
-            found.push((file, text, parts[within.len()..].join(".")));
-        }
-    }
-    found
-}
-
 /// How something comes into a component of a library: at a connector that has the variables of the adapter's and no others.
 fn connected_end(balance: &Balance, kind: &Kind, full: &dyn Fn(&str) -> String, tables: &Tables) -> Option<End> {
     let (adapter, socket, variables) = kind.adapter?;
@@ -453,84 +428,6 @@ fn connected_end(balance: &Balance, kind: &Kind, full: &dyn Fn(&str) -> String, 
     let mut fitting = variables.map(String::from);
     fitting.sort_unstable();
     (!balance.is_reversed && found == fitting).then_some(End::Connector { connector, adapter, socket })
-}
-
-/// A name that stands nowhere in the text, in the model's file and its package and that no other place has.
-fn free(wanted: &str, (workshop, text): (&Workshop<'_>, &str), known: &[Site]) -> Option<String> {
-    let taken = |name: &str| {
-        text.contains(name)
-            || workshop.preamble.contains(name)
-            || workshop.own_texts().any(|(_, text)| text.contains(name))
-            || known.iter().flat_map(|site| site.door.openings()).any(|opening| opening.name == name)
-    };
-    let numbered = (2_u32..).map(|k| format!("{wanted}_{k}"));
-    std::iter::once(wanted.to_string()).chain(numbered).find(|name| !taken(name))
-}
-
-/// The place that a course in time is.
-fn command(command: Command, (workshop, file, text): (&Workshop<'_>, &str, &str), known: &[Site]) -> Option<Site> {
-    let Command { name, expression, line, equation } = command;
-    let opening = match equation {
-        None => None,
-        Some(equation) => {
-            let free = free(&format!("given_{}", name.replace('.', "_")), (workshop, text), known)?;
-            let opening = Opening {
-                file: file.into(),
-                line,
-                equation,
-                name: free,
-                words: format!("what {name} is given"),
-                factor: String::new(),
-                replaces: true,
-                elements: None,
-            };
-            opened(text, std::slice::from_ref(&opening))?;
-            Some(opening)
-        }
-    };
-    let variable = opening.as_ref().map_or_else(|| name.clone(), |opening| opening.name.clone());
-    Some(Site {
-        id: COMMAND.into(),
-        words: Arc::from(format!("command: {name} = {expression}")),
-        path: name,
-        channel: None,
-        file: workshop.shown_file(file).into(),
-        line,
-        scales: vec![("u".into(), expression.clone())],
-        array: None,
-        door: Door::Command { variable, expression, opening },
-    })
-}
-
-/// A term of a component's equation as it is asked for from outside, with the names of the model; none if it has no meaning there.
-fn outside(
-    term: &str,
-    names: &[(usize, usize)],
-    full: &dyn Fn(&str) -> String,
-    (tables, workshop): (&Tables, &Workshop<'_>),
-) -> Option<String> {
-    let mut names = names.to_vec();
-    names.sort_unstable();
-    let of_variables = |name: &str| Some(full(name)).filter(|own| tables.find(own).is_some());
-    // What no component has as a variable is a constant: of the component, by a name that means something everywhere, or of a package around the model.
-    let with = |constant: &dyn Fn(&str) -> String| {
-        let mut text = term.to_string();
-        for &(from, to) in names.iter().rev() {
-            let name = &term[from..to];
-            text.replace_range(from..to, &of_variables(name).unwrap_or_else(|| constant(name)));
-        }
-        text
-    };
-    if !term.replace("der(", "").contains('(')
-        && names.iter().all(|&(from, to)| of_variables(&term[from..to]).is_some())
-    {
-        return Some(with(&|name| name.into()));
-    }
-    let mut ways = vec![with(full), with(&|name| name.into())];
-    let parts: Vec<&str> = hyd_compiler::dotted(&workshop.class).collect();
-    let packages = (1..parts.len()).rev().map(|count| parts[..count].join("."));
-    ways.extend(packages.map(|package| with(&|name| format!("{package}.{name}"))));
-    ways.into_iter().find(|text| Workshop { channels: vec![text.clone()], ..workshop.clone() }.translate(&[]).is_ok())
 }
 
 /// What a balance is of; where it is solved for its rate, with what multiplies that which comes in.

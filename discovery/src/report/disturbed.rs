@@ -84,7 +84,7 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
     }
     for (one, other) in drifting_alike(scene) {
         sentences.push(format!(
-            "{} and {} drift alike, which measuring chains of their own do not: the model may lack something slow",
+            "{} and {} drift alike, which measuring chains of their own do not: the model may lack something slow, or a parameter differs from shot to shot",
             name(one),
             name(other)
         ));

@@ -15,8 +15,10 @@ impl Search<'_> {
     /// The effects with a plainer one in the place of the first that needs no more, and the fit with it; none where all do.
     pub(super) fn plainer(&self, found: &[Candidate], fit: &Fit) -> Result<Option<(Vec<Candidate>, Fit)>, Fault> {
         for (number, own) in found.iter().enumerate().filter(|(_, own)| !own.effect.refines.is_empty()) {
+            let beside = || found.iter().enumerate().filter(|&(k, _)| k != number).map(|(_, other)| other);
             let is_plainer = |other: &&Candidate| own.refines(other) && own.effect.id != other.effect.id;
-            let Some(plainer) = self.candidates.iter().find(is_plainer) else { continue };
+            let is_free = |other: &&Candidate| !beside().any(|own| own.excludes(other) || own.is_same(other));
+            let Some(plainer) = self.candidates.iter().filter(is_plainer).find(is_free) else { continue };
             (self.progress)(&format!("fitting {} in the place of {}", plainer.label(), own.label()));
             let with = Hypothesis::new(self.setup, self.workshop, found.to_vec())?;
             let with = with.problem(self.setup)?;

@@ -146,7 +146,7 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
         tree.insert(&path, format!("{} = {}", last_name(&path), first.array(&sum)), Vec::new());
     }
     for (variable, value) in commands {
-        tree.insert(variable, format!("{variable} = {value}"), Vec::new());
+        tree.insert(variable, format!("{} = {value}", last_name(variable)), Vec::new());
     }
     for (path, value) in extra {
         tree.insert(path, format!("{} = {value}", last_name(path)), Vec::new());

@@ -83,3 +83,48 @@ fn components_of_a_library_are_searched() {
     check_names(&report, ("library", "named", "coulomb_friction", "rotor.w"), &[("F_c", 1.5)]);
     let _ = fs::remove_dir_all(&folder);
 }
+
+/// What a source of a library gives is what a drive is told.
+#[test]
+fn a_source_of_a_library_is_a_command() {
+    let bench = Bench {
+        name: "source",
+        model: "",
+        class: "Swing",
+        channels: &[("T_K", "T", 0.05)],
+        conditions: &["T_0", "P"],
+        nuisances: &["C", "G"],
+        shots: &[&[300.0, 50.0], &[305.0, 80.0], &[300.0, 120.0], &[310.0, 60.0], &[300.0, 100.0]],
+        // The heater follows by 20 s; the last state is the time.
+        rates: |x, shot| {
+            let at = |k: usize| x.get(k).copied().unwrap_or(0.0);
+            let told = if at(2) < 30.0 { 0.0 } else { shot[1] };
+            vec![(at(1) - 2.0 * (x[0] - 300.0)) / 200.0, (told - at(1)) / 20.0, 1.0]
+        },
+        stop: 300.0,
+        ..SWING
+    };
+    let folder = folder("source");
+    write(&folder, &bench);
+    put(
+        &folder,
+        ("rig.mo", "Swing"),
+        &[
+            ("lib/Sources/package.mo", "package Sources\nend Sources;\n"),
+            (
+                "lib/Sources/Step.mo",
+                "within Sources;\nblock Step\n  parameter Real height = 1;\n  parameter Real begin = 0;\n  output Real y;\nequation\n  \
+                 y = height*(if time < begin then 0 else 1);\nend Step;\n",
+            ),
+            (
+                "rig.mo",
+                "model Swing\n  parameter Real T_0 = 300;\n  parameter Real P = 50;\n  parameter Real C = 200;\n  parameter Real G = 2;\n  \
+                 Sources.Step heater(height = P, begin = 30);\n  Real T(start = T_0, fixed = true);\nequation\n  \
+                 C*der(T) = heater.y - G*(T - 300);\nend Swing;\n",
+            ),
+        ],
+    );
+    let report = found_in(&folder, &["--library", "lib"]);
+    check_names(&report, ("source", "named", "actuator_lag", "heater.y"), &[("tau", 20.0)]);
+    let _ = fs::remove_dir_all(&folder);
+}

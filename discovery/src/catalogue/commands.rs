@@ -1,0 +1,128 @@
+//! Places in what a model tells its valves and drives: variables that follow a course in time.
+//!
+//! They stand in the model's own class ([`hyd_compiler::commands`]), in its package, or in the equations of its components, as sources of
+//! libraries do it (`y = offset + (if time < startTime then 0 else height)`).
+
+use std::sync::Arc;
+
+use hyd_compiler::{Command, Course, InjectionSite, Opening, course, opened};
+use hyd_system::{Tables, ValueKind, Variability};
+
+use crate::catalogue::Site;
+use crate::catalogue::door::Door;
+use crate::catalogue::naming::{free, outside};
+use crate::variant::Workshop;
+
+/// Id of the place that a course in time is.
+const COMMAND: &str = "command";
+
+/// The places that courses in time are, behind those that are known.
+pub(super) fn commands(sites: &[InjectionSite], tables: &Tables, workshop: &Workshop<'_>, found: &mut Vec<Site>) {
+    let is_number = |name: &str| tables.find(name).is_some_and(|(own, _)| own.kind == ValueKind::Real);
+    for (file, text, class) in texts_of(workshop) {
+        for own in hyd_compiler::commands(text, &class) {
+            // Of a component's variable the text does not say what it is.
+            if own.name.contains('.') && !is_number(&own.name) {
+                continue;
+            }
+            let site = place(own, (workshop, file, text), found);
+            found.extend(site);
+        }
+    }
+    for site in sites.iter().filter(|site| site.refused.is_none() && site.count == 1 && !site.path.is_empty()) {
+        let own = course(&site.text).and_then(|own| of_component(site, own, (tables, workshop), found));
+        found.extend(own);
+    }
+}
+
+/// The place that an equation of a component is.
+fn of_component(
+    site: &InjectionSite,
+    Course { name, expression, names }: Course,
+    (tables, workshop): (&Tables, &Workshop<'_>),
+    known: &[Site],
+) -> Option<Site> {
+    let text = workshop.own_text(&site.file).or_else(|| workshop.library_text(&site.file))?;
+    let full = |name: &str| format!("{}.{name}", site.path);
+    // What is no variable is a constant.
+    let is_fixed = |&(from, to): &(usize, usize)| {
+        tables.find(&full(&expression[from..to])).is_none_or(|(own, _)| own.variability <= Variability::Discrete)
+    };
+    let is_number = tables.find(&full(&name)).is_some_and(|(own, _)| own.kind == ValueKind::Real);
+    if site.path.contains('[') || !is_number || !names.iter().all(is_fixed) {
+        return None;
+    }
+    let expression = outside(&expression, &names, &full, (tables, workshop))?;
+    let opening = Opening {
+        file: site.file.clone(),
+        line: site.line,
+        equation: site.text.clone(),
+        name: free(&format!("given_{name}"), (workshop, text), known)?,
+        words: format!("what {name} is given"),
+        factor: String::new(),
+        replaces: true,
+        elements: None,
+    };
+    opened(text, std::slice::from_ref(&opening))?;
+    Some(Site {
+        id: COMMAND.into(),
+        words: Arc::from(format!("command: {} = {expression}", full(&name))),
+        path: full(&name),
+        channel: None,
+        file: workshop.shown_file(&site.file).into(),
+        line: site.line,
+        scales: vec![("u".into(), expression.clone())],
+        array: None,
+        door: Door::Command { variable: full(&opening.name), expression, opening: Some(opening) },
+    })
+}
+
+/// The user's own texts in which the model's class may stand: file, text, and its name there.
+fn texts_of<'w>(workshop: &'w Workshop<'_>) -> Vec<(&'w str, &'w str, String)> {
+    let parts: Vec<&str> = hyd_compiler::dotted(&workshop.class).collect();
+    let mut found = vec![(workshop.name(), workshop.preamble.as_str(), workshop.class.clone())];
+    let others = workshop.own_texts().filter(|(file, _)| *file != workshop.name());
+    for (file, text) in others {
+        let within = hyd_compiler::head(text).within;
+        let is_around = within.len() < parts.len() && within.iter().zip(&parts).all(|(own, part)| own == part);
+        if is_around {
+            found.push((file, text, parts[within.len()..].join(".")));
+        }
+    }
+    found
+}
+
+/// The place that a course in time is.
+fn place(command: Command, (workshop, file, text): (&Workshop<'_>, &str, &str), known: &[Site]) -> Option<Site> {
+    let Command { name, expression, line, equation } = command;
+    let opening = match equation {
+        None => None,
+        Some(equation) => {
+            let free = free(&format!("given_{}", name.replace('.', "_")), (workshop, text), known)?;
+            let opening = Opening {
+                file: file.into(),
+                line,
+                equation,
+                name: free,
+                words: format!("what {name} is given"),
+                factor: String::new(),
+                replaces: true,
+                elements: None,
+            };
+            opened(text, std::slice::from_ref(&opening))?;
+            Some(opening)
+        }
+    };
+    let variable = opening.as_ref().map_or_else(|| name.clone(), |opening| opening.name.clone());
+    Some(Site {
+        id: COMMAND.into(),
+        words: Arc::from(format!("command: {name} = {expression}")),
+        path: name,
+        channel: None,
+        file: workshop.shown_file(file).into(),
+        line,
+        scales: vec![("u".into(), expression.clone())],
+        array: None,
+        door: Door::Command { variable, expression, opening },
+    })
+}
