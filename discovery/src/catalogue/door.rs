@@ -21,7 +21,7 @@ pub enum Door {
     /// What a law gives comes into one balance and is taken from another one: a leak, a bridge of heat.
     Exchange {
         /// The balance that it comes into, and the one that it is taken from.
-        ends: [End; 2],
+        ends: Box<[End; 2]>,
         /// What these store, by the paths of the model.
         stored: [String; 2],
         /// The law's own inputs and outputs.
@@ -105,7 +105,7 @@ impl Door {
     pub fn ends(&self) -> &[End] {
         match self {
             Self::Balance { end, .. } => std::slice::from_ref(end),
-            Self::Exchange { ends, .. } => ends,
+            Self::Exchange { ends, .. } => ends.as_slice(),
             Self::Component | Self::Channel { .. } | Self::Moved(_) | Self::Command { .. } => &[],
         }
     }

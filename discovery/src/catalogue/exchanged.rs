@@ -107,7 +107,7 @@ fn exchange(id: &str, (one, other): (&Store, &Store)) -> Option<Site> {
         Door::Balance { end, .. } => Some(end.clone()),
         _ => None,
     };
-    let ends = [end(one)?, end(other)?];
+    let ends = Box::new([end(one)?, end(other)?]);
     let difference = format!("{} - {}", one.driver, other.driver);
     // Either may be at rest in the base model.
     let changed = format!("abs({}) + abs({})", one.storage, other.storage);

@@ -244,7 +244,10 @@ fn set(
     if !unknown.is_empty() {
         let names = unknown.join(", ");
         remarks.push(format!("no noise is seen in {names}"));
-        let _ = writeln!(words, "no noise is seen in {names}; of what is compared with the model, and is not an input, state it under [set] before a fit");
+        let _ = writeln!(
+            words,
+            "no noise is seen in {names}; of what is compared with the model, and is not an input, state it under [set] before a fit"
+        );
     }
     object.insert("set".into(), plan.name.clone().into());
     object.insert("channels".into(), channels.iter().map(|own| own.name.clone()).collect::<Vec<_>>().into());

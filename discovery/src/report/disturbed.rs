@@ -4,6 +4,7 @@
 use serde_json::{Value, json};
 
 use super::{AllGaps, Scene, number};
+use crate::catalogue::Kind;
 use crate::data::{Data, Trace};
 use crate::disturbance::{Added, Course, Level, ROOM, Spike};
 use crate::magnitude::shown;
@@ -17,6 +18,8 @@ const OVERSTATED: f64 = 0.6;
 const USUAL_DRIFT: (f64, f64) = (0.02, 20.0);
 /// Drifts of two channels are alike where their cosine is larger in size than this: of six random numbers each it is by chance in one of a hundred cases.
 const ALIKE: f64 = 0.9;
+/// Sizes that differ by less than this share are about equal.
+const SAME: f64 = 0.1;
 /// Fewest numbers of which this can be said.
 const FEWEST_ALIKE: usize = 6;
 /// Spikes that are listed.
@@ -89,6 +92,7 @@ pub(super) fn disturbed(scene: &Scene<'_>, gaps: &AllGaps) -> Value {
             name(other)
         ));
     }
+    sentences.extend(chains_alike(scene));
     let mut scatter = Vec::new();
     for own in &found.scatter {
         scatter.push(json!({"parameter": own.label, "relative": number(own.sigma)}));
@@ -153,6 +157,33 @@ fn drifting_alike(scene: &Scene<'_>) -> Vec<(usize, usize)> {
 fn are_alike(a: &[f64], b: &[f64]) -> bool {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     a.len() >= FEWEST_ALIKE && a.len() == b.len() && dot(a, b).abs() > ALIKE * (dot(a, a) * dot(b, b)).sqrt()
+}
+
+/// A sentence where every channel has one effect of the measuring chain with about the same size: as many sensors do not err alike.
+fn chains_alike(scene: &Scene<'_>) -> Option<String> {
+    let (base, xi) = (&scene.last.base, &scene.last.fit.xi);
+    let problem = base.problem(scene.setup).ok()?;
+    let size = |number: usize| {
+        let is_size =
+            |k: &usize| problem.unknowns[*k].effect.is_some_and(|own| (own.effect, own.parameter) == (number, 0));
+        (0..problem.unknowns.len()).find(is_size).map(|k| problem.unknowns[k].value(xi[k]))
+    };
+    let count = scene.setup.data.channels.len();
+    for first in &base.inserts {
+        let own = base.inserts.iter().enumerate().filter(|(_, own)| own.effect.id == first.effect.id);
+        let own: Vec<(f64, String)> = own.filter_map(|(k, own)| Some((size(k)?, own.label()))).collect();
+        let (least, most) =
+            own.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), (v, _)| (l.min(*v), m.max(*v)));
+        let is_alike = most - least <= SAME * most.abs().max(least.abs());
+        if first.effect.kind == Kind::Sensor && count > 1 && own.len() == count && is_alike {
+            let labels: Vec<&str> = own.iter().map(|(_, label)| label.as_str()).collect();
+            return Some(format!(
+                "{} are about equal: one cause in what drives the model, as a command, an input or the trigger, is likelier than as many in its sensors",
+                labels.join(" and ")
+            ));
+        }
+    }
+    None
 }
 
 /// Channels that lag and a clock that runs fast, by the last fit.
