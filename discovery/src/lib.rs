@@ -13,6 +13,7 @@ mod catalogue;
 mod data;
 mod design;
 mod disturbance;
+mod elements;
 mod evidence;
 mod fault;
 mod fit;

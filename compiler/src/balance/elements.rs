@@ -220,7 +220,7 @@ mod tests {
         check(("wall", "der(T)", "der(wall[2].T)"), "port.T", &["wall[2].port.T"]);
         check(("a.b", "der(x)", "der(a[2].b[1,3].x)"), "m", &["a[2].b[1,3].m"]);
         check(("", "der(T[i])", "der(T[3])"), "C[i + 1]", &["C[4]"]);
-        check(("", "der(T[N - i])", "der(T[3])"), "C[2]", &["C[2]"]);
+        check(("", "der(T[5 - i])", "der(T[3])"), "C[i]", &["C[2]"]);
         check(("", "der(T[2*i - 1])", "der(T[5])"), "C[i]", &["C[3]"]);
         check(("rod", "der(T[i, 2])", "der(rod[1].T[4,2])"), "q[i].y", &["rod[1].q[4].y"]);
         check(("", "der(T)", "der(T[3])"), "C", &["C", "C[3]"]);

@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use hyd_compiler::Opening;
 
+use crate::elements::At;
+
 /// How an effect comes into a model.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Door {
@@ -71,33 +73,6 @@ pub enum End {
         /// Connector of the adapter.
         socket: &'static str,
     },
-}
-
-/// An element of the variables that an opening makes: in a loop, in an array of components.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct At {
-    /// Sizes of all arrays on the way; empty for a scalar.
-    pub sizes: Vec<usize>,
-    /// Subscripts, from 1.
-    pub subscripts: Vec<usize>,
-}
-
-impl At {
-    /// An expression of this size whose elements are what `value` says of their subscripts.
-    pub fn array(&self, value: &dyn Fn(&[usize]) -> String) -> String {
-        fn inner(sizes: &[usize], at: &mut Vec<usize>, value: &dyn Fn(&[usize]) -> String) -> String {
-            let Some((size, rest)) = sizes.split_first() else { return value(at) };
-            let part = |k: usize| {
-                at.push(k);
-                let text = inner(rest, at, value);
-                at.pop();
-                text
-            };
-            let parts: Vec<String> = (1..=*size).map(part).collect();
-            format!("{{{}}}", parts.join(", "))
-        }
-        inner(&self.sizes, &mut Vec::new(), value)
-    }
 }
 
 impl Door {

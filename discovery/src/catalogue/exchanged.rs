@@ -138,7 +138,8 @@ mod tests {
 
     use super::{MOST, Store, between};
     use crate::catalogue::Site;
-    use crate::catalogue::door::{At, Door, End, Law};
+    use crate::catalogue::door::{Door, End, Law};
+    use crate::elements::At;
 
     /// A body whose equation has these names.
     fn body(name: &str, unit: &str, storage: &str, mentions: &[&str]) -> Store {

@@ -12,11 +12,12 @@ use hyd_compiler::{Balance, Element, Elements, MOST_ELEMENTS, Opening, Scaled, b
 use hyd_system::{Tables, VariableInfo};
 
 use crate::catalogue::commands::commands;
-use crate::catalogue::door::{At, Door, End, Law};
+use crate::catalogue::door::{Door, End, Law};
 use crate::catalogue::exchanged::{Store, between};
 use crate::catalogue::naming::{free, outside};
 use crate::catalogue::{Effect, SCALE, Site};
 use crate::data::ChannelInfo;
+use crate::elements::At;
 use crate::terms::law::{EQUATION, place_id, site_of};
 use crate::variant::Workshop;
 use crate::{Fault, Setup};

@@ -4,12 +4,14 @@
 //! shot by a formula of what the shot records and of its first samples (`beginnings`), lets it be fitted around that value, or begins
 //! where the state is at rest under the inputs of that moment.  The model gets a parameter for each of them.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 
+use crate::elements::{At, sizes};
 use crate::study::formula::written;
 
 /// What a study says of a state.
@@ -101,21 +103,53 @@ impl StartOf {
 
     /// True for the names of such parameters.
     pub(crate) fn is_parameter(name: &str) -> bool {
-        Self::set_as(name) != name
+        name.starts_with("'start of ")
+    }
+
+    /// The name of the state without subscripts, and these in their order; none where a subscript is not a number from 1 on.
+    pub(crate) fn array(state: &str) -> Option<(String, Vec<usize>)> {
+        let mut parts = state.split('[');
+        let mut name = parts.next()?.to_string();
+        let mut subscripts = Vec::new();
+        for part in parts {
+            let (inside, rest) = part.split_once(']')?;
+            for subscript in inside.split(',') {
+                subscripts.push(subscript.trim().parse().ok().filter(|own| *own > 0)?);
+            }
+            name.push_str(rest);
+        }
+        Some((name, subscripts))
     }
 
     /// The name by which a run sets what a parameter of these is: the start value of the state, which the base model has as well.
     pub(crate) fn set_as(parameter: &str) -> String {
         let state = parameter.strip_prefix("'start of ").and_then(|rest| rest.strip_suffix('\''));
+        // That of an element of an array has no name of its own.
+        let state = state.filter(|state| !state.contains('['));
         state.map_or_else(|| parameter.to_string(), |state| format!("{}.start", state.replace("\\'", "'")))
     }
 
-    /// The modifications of the state.
-    pub(crate) fn modifications(&self) -> Vec<String> {
-        match self.at_rest {
-            true => vec!["fixed = false".to_string()],
-            false => vec![format!("start = {}", Self::parameter(&self.state)), "fixed = true".to_string()],
+    /// The states with their modifications, by the names of the arrays that they are elements of.
+    pub(crate) fn modifications(all: &[Self]) -> Vec<(String, Vec<String>)> {
+        let mut arrays: BTreeMap<String, Vec<(Vec<usize>, &Self)>> = BTreeMap::new();
+        for own in all {
+            let (name, subscripts) = Self::array(&own.state).unwrap_or_else(|| (own.state.clone(), Vec::new()));
+            arrays.entry(name).or_default().push((subscripts, own));
         }
+        let of = |(name, elements): (String, Vec<(Vec<usize>, &Self)>)| {
+            let sizes = sizes(elements.iter().map(|(subscripts, _)| subscripts.as_slice()));
+            let each = if sizes.is_empty() { "" } else { "each " };
+            if elements.iter().any(|(_, own)| own.at_rest) {
+                return (name, vec![format!("{each}fixed = false")]);
+            }
+            let at = At { sizes, subscripts: Vec::new() };
+            let value = |wanted: &[usize]| {
+                let own = elements.iter().find(|(subscripts, _)| subscripts == wanted);
+                own.map_or_else(|| "0".to_string(), |(_, own)| Self::parameter(&own.state))
+            };
+            (name, vec![format!("start = {}", at.array(&value)), format!("{each}fixed = true")])
+        };
+        arrays.into_iter().map(of).collect()
     }
 }
 

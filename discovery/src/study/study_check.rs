@@ -6,8 +6,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::Fault;
+use crate::elements::sizes;
 use crate::magnitude::{is_plausible, shown};
-use crate::study::initial::Initial;
+use crate::study::initial::{Initial, StartOf};
 use crate::study::{Mask, Nuisance, Shots, Study};
 
 /// Most rows that are averaged to one.
@@ -246,12 +247,12 @@ impl Check<'_> {
     fn initial(&self) -> Result<(), Fault> {
         for (state, own) in &self.study.initial {
             let key = |key| ["initial", state, key];
-            if state.contains('[') {
-                let sentence = format!("`{state}` is an element of an array, whose beginning cannot be set alone");
-                return Err(self.wrong(&["initial", state], sentence));
-            }
-            if !is_class_name(state) {
+            let array = StartOf::array(state).filter(|(name, _)| is_class_name(name));
+            let Some((name, subscripts)) = array else {
                 return Err(self.wrong(&["initial", state], format!("`{state}` is not the name of a variable")));
+            };
+            if !subscripts.is_empty() {
+                self.all_elements(state, &name)?;
             }
             let Initial::Stated(own) = own else { continue };
             if own.value.is_some() == own.at_rest {
@@ -265,6 +266,27 @@ impl Check<'_> {
             self.scatter(&key("absolute"), &format!("initial state `{state}`: `absolute`"), own.absolute, false)?;
         }
         Ok(())
+    }
+
+    /// The array of a state is set in all of its elements alike: a text that sets the beginning of one sets that of all.
+    fn all_elements(&self, state: &str, array: &str) -> Result<(), Fault> {
+        let own = self.study.initial.iter().filter_map(|(state, own)| {
+            let (name, subscripts) = StartOf::array(state)?;
+            (name == array && !subscripts.is_empty()).then_some((subscripts, own.formula().is_none()))
+        });
+        let own: Vec<(Vec<usize>, bool)> = own.collect();
+        let count: usize = sizes(own.iter().map(|(subscripts, _)| subscripts.as_slice())).iter().product();
+        let sentence = if own.len() < count {
+            format!(
+                "`{state}` is an element of the array `{array}`, of which all elements must begin somewhere: {} of {count} do",
+                own.len()
+            )
+        } else if own.iter().any(|(_, at_rest)| *at_rest != own[0].1) {
+            format!("of the array `{array}` all elements are at rest at the beginning, or none is")
+        } else {
+            return Ok(());
+        };
+        Err(self.wrong(&["initial", state], sentence))
     }
 
     fn nuisances(&self) -> Result<(), Fault> {

@@ -10,8 +10,9 @@ use std::sync::Arc;
 
 use hyd_compiler::{Opening, SourceText, Sources, Variation, opened, print_string, varied};
 
-use crate::catalogue::door::{self, At, Door, End};
+use crate::catalogue::door::{self, Door, End};
 use crate::catalogue::{Candidate, Effect, EffectParameter, Kind, Site};
+use crate::elements::At;
 use crate::terms::dictionary::Term;
 use crate::terms::dynamics::{Dynamics, Names};
 use crate::unknowns::prior::Prior;

@@ -24,8 +24,9 @@ use hyd_compiler::{
 };
 
 use crate::Fault;
-use crate::catalogue::door::{At, Door, End, Law};
+use crate::catalogue::door::{Door, End, Law};
 use crate::catalogue::{Candidate, Site, sites};
+use crate::elements::At;
 use crate::study::initial::{StartOf, declarations, equations};
 use crate::terms::dictionary::Term;
 use crate::variant::composed::Composed;
@@ -151,8 +152,8 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
     for (path, value) in extra {
         tree.insert(path, format!("{} = {value}", last_name(path)), Vec::new());
     }
-    for start in starts {
-        tree.insert(&start.state, last_name(&start.state).to_string(), start.modifications());
+    for (state, modifications) in StartOf::modifications(starts) {
+        tree.insert(&state, last_name(&state).to_string(), modifications);
     }
     tree.print()
 }

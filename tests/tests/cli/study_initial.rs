@@ -107,6 +107,40 @@ fn one_record_is_cut_into_windows_with_states_of_their_own() {
     assert!(found[0] < 1e-3 && found[1] < 0.03 && gap.iter().all(|gap| (gap - 1.0).abs() < 0.06), "{found:?} {gap:?}");
 }
 
+/// The same record, with the states as the elements of an array.
+#[test]
+fn elements_of_an_array_begin_all_or_none() {
+    let folder = folder();
+    let model = MODEL.replace(
+        "  Real x(start = 0, fixed = true);\n  Real v(start = 0, fixed = true);",
+        "  Real s[2](each start = 0, each fixed = true);",
+    );
+    let model =
+        model.replace("der(x) = v", "der(s[1]) = s[2]").replace("der(v) = -k*x - c*v", "der(s[2]) = -k*s[1] - c*s[2]");
+    folder.write("m.hyd", model);
+    let study = STUDY.replace("variable = \"x\"", "variable = \"s[1]\"").replace("\nx = ", "\n\"s[1]\" = ");
+    let whole = study.replace("\nv = ", "\n\"s[2]\" = ");
+    folder.write("st.toml", &whole);
+    let (found, gap, _) = errors(&folder);
+    assert!(found[0] < 1e-3 && found[1] < 0.03, "{found:?}");
+    assert!(gap.iter().all(|gap| (gap - 1.0).abs() < 0.06), "{gap:?}");
+    folder.write(
+        "st.toml",
+        study.replace("v = { value = \"slope_x_mm\", absolute = 1 }\n", "").replace("s[1]\" =", "s[2]\" ="),
+    );
+    let said = fit(&folder).stderr;
+    let expected = "`s[2]` is an element of the array `s`, of which all elements must begin somewhere: 1 of 2 do";
+    assert!(said.contains(expected), "{said}");
+    folder.write(
+        "st.toml",
+        whole.replace("\"s[2]\" = { value = \"slope_x_mm\", absolute = 1 }", "\"s[2]\" = { at_rest = true }"),
+    );
+    let said = fit(&folder).stderr;
+    assert!(said.contains("of the array `s` all elements are at rest at the beginning, or none is"), "{said}");
+    folder.write("st.toml", study.replace("s[1]\" =", "s[i]\" ="));
+    assert!(fit(&folder).stderr.contains("`s[i]` is not the name of a variable"));
+}
+
 #[test]
 fn states_that_nobody_sets_and_starts_of_other_quantities_are_said() {
     let folder = folder();
