@@ -77,7 +77,7 @@ fn criterion(scene: &Scene<'_>, pass: &Pass, tried: &Tried, fit: &Fit) -> String
     if let Some(reason) = &findings.reason {
         return reason.clone();
     }
-    if is_beaten(pass, tried, fit) {
+    if is_beaten(pass, fit) {
         return "a plain term at an equation explains what it leaves".to_string();
     }
     match findings.status {

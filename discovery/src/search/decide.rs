@@ -141,7 +141,7 @@ impl Search<'_> {
             is_adequate: is_adequate(pass),
             is_noise: !pass.base.inserts.is_empty() || pass.fit.misfit <= noise(pass.expected),
         };
-        let is_beaten = |k: usize| pass.tried[k].fit.as_ref().is_some_and(|fit| is_beaten(pass, &pass.tried[k], fit));
+        let is_beaten = |k: usize| pass.tried[k].fit.as_ref().is_some_and(|fit| is_beaten(pass, fit));
         rule::outcome(&self.standings(pass), without, is_beaten)
     }
 
@@ -286,7 +286,7 @@ impl Search<'_> {
 
 /// True if a plain term explains what the best effect leaves: the effect then only resembles what is missing.  What
 /// each of them is expected to be does not count: one that is a term itself would lose against it by its prior.
-pub(crate) fn is_beaten(pass: &Pass, tried: &Tried, fit: &Fit) -> bool {
+pub(crate) fn is_beaten(pass: &Pass, fit: &Fit) -> bool {
     let Some((term, own)) = pass.terms.first().and_then(|term| Some((term, term.fit.as_ref()?))) else {
         return false;
     };
@@ -297,10 +297,7 @@ pub(crate) fn is_beaten(pass: &Pass, tried: &Tried, fit: &Fit) -> bool {
     // Noise may be more than stated: a term that leaves next to nothing of what the effect leaves explains it, too.
     let is_all = own.misfit <= adequate(pass.expected)
         || own.misfit - pass.expected < NEXT_TO_NOTHING * (fit.misfit - pass.expected);
-    // Where the machine may have no place for what it lacks, a measuring chain that leaves much imitates it.
-    let is_of_chain = tried.hypothesis.inserts.last().is_some_and(|own| own.effect.kind == Kind::Sensor);
-    let is_better = pass.base.inserts.is_empty() && is_of_chain && fit.misfit > adequate(pass.expected);
-    term.has_size() && (is_all || is_better) && is_beaten_by(by, fit.misfit <= noise(pass.expected))
+    term.has_size() && is_all && is_beaten_by(by, fit.misfit <= noise(pass.expected))
 }
 
 /// The status of an answer that names effects.

@@ -246,7 +246,7 @@ fn what_does_not_fit_is_said_with_its_line() {
         (
             "x = { value = \"first_x_mm\", absolute = 0.02 }",
             "\"x[2]\" = \"1\"",
-            "line 7: `x[2]` is an element of an array",
+            "line 7: `x[2]` is an element of the array `x`",
         ),
         ("x = { value = \"first_x_mm\", absolute = 0.02 }", "y = \"1\"", "`y`"),
         (
