@@ -9,7 +9,8 @@ use std::sync::Arc;
 use hyd_source::Files;
 use hyd_syntax::one_line;
 use hyd_syntax::tree::{
-    ClassBody, Component, ComponentRef, Direction, Element, Equation, EquationKind, Expr, ExprKind, Variability,
+    Argument, ClassBody, Component, ComponentRef, Direction, Element, ElementModification, Equation, EquationKind,
+    Expr, ExprKind, Variability,
 };
 
 use crate::balance::{rate_of, sides, walk, written};
@@ -125,6 +126,17 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
         {
             let (name, expression) = (own.name.name.to_string(), one_line(expression));
             found.push(Command { name, expression, line: files.location(own.span).line, equation: None });
+        }
+        // `Valve valve(u = if time < 1 then 0 else 5)`
+        let of_parts = own.modification.arguments.iter().filter(|_| own.dims.is_empty());
+        for argument in of_parts {
+            if let Argument::Modify(ElementModification { is_final: false, target, modification, span, .. }) = argument
+                && let Some(expression) = modification.binding.as_ref().filter(|binding| is_course(binding))
+            {
+                let name = format!("{}.{}", own.name.name, written(text, target.span));
+                let (expression, line) = (one_line(expression), files.location(*span).line);
+                found.push(Command { name, expression, line, equation: None });
+            }
         }
     }
     for equation in equations.iter().filter(|section| !section.initial).flat_map(|section| &section.equations) {
@@ -370,15 +382,16 @@ mod tests {
     #[test]
     fn courses_in_time_are_commands() {
         let text = "package P\nmodel M\n  parameter Real T = 2;\n  Real u = if time < T then 0 else 5;\n  Real w = 3;\n  Real x(start = 0);\n  \
-            Real y;\n  Real z;\n  Boolean b = time > 1;\n  Boolean c;\n  input Real e;\n  Valve v;\nequation\n  y = sin(\n    time);\n  z = x*time;\n  v.u = 2*e; // volts\n  \
+            Real y;\n  Real z;\n  Boolean b = time > 1;\n  Boolean c;\n  input Real e;\n  Valve v(k = T, w = 3*e);\nequation\n  y = sin(\n    time);\n  z = x*time;\n  v.u = 2*e; // volts\n  \
             c = e > 1;\n  der(x) = u + y;\nend M;\nend P;\n";
         let found = commands(text, "P.M");
         let said: Vec<_> = found.iter().map(|own| (own.name.as_str(), own.expression.as_str(), own.line)).collect();
-        let expected = [("u", "if time < T then 0 else 5", 4), ("y", "sin( time)", 14), ("v.u", "2*e", 17)];
+        let expected =
+            [("u", "if time < T then 0 else 5", 4), ("v.w", "3*e", 12), ("y", "sin( time)", 14), ("v.u", "2*e", 17)];
         assert_eq!(said, expected);
         assert!(commands(text, "P.N").is_empty() && found[0].equation.is_none());
-        let (name, words, line) = ("given".to_string(), "command".to_string(), found[1].line);
-        let equation = found[1].equation.clone().unwrap();
+        let (name, words, line) = ("given".to_string(), "command".to_string(), found[2].line);
+        let equation = found[2].equation.clone().unwrap();
         let factor = String::new();
         let file = "model.mo".into();
         let opening = Opening { file, line, equation, name, words, factor, replaces: true, elements: None };
