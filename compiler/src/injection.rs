@@ -42,7 +42,7 @@ pub struct InjectionSite {
     pub refused: Option<&'static str>,
 }
 
-/// Of so many equations of one text the variables are told.
+/// Most equations of one text whose variables are listed.
 pub const MOST_ELEMENTS: usize = 32;
 
 const DIFFERENTIATED: &str = "it has to be differentiated to solve the system";

@@ -199,7 +199,7 @@ impl Opened {
         let path = self.libraries.path(&self.model_file, &self.model_text).ok();
         let package = path.and_then(|path| std::fs::canonicalize(path.main_package()?).ok());
         OtherFiles::of(Arc::new(move |file| {
-            // What is built in is no file.
+            // What is built in is not a file.
             let file = std::fs::canonicalize(file).ok()?;
             let is_own = package.as_ref().is_some_and(|package| file.starts_with(package));
             Some(if is_own { Owner::User } else { Owner::Library })

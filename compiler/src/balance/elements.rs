@@ -111,11 +111,6 @@ impl Element {
     pub fn of_component(&self) -> &[usize] {
         &self.of_component
     }
-
-    /// True if the equation is one between arrays.
-    pub fn is_of_arrays(&self) -> bool {
-        !self.whole.is_empty()
-    }
 }
 
 /// Subscripts as they stand in names of variables.

@@ -1,4 +1,4 @@
-//! Places in what a model tells its valves and drives: variables that follow a course in time.
+//! Places in the commands of a model to its valves and drives: variables that follow a course in time.
 //!
 //! They stand in the model's own class ([`hyd_compiler::commands`]), in its package, or in the equations of its components, as sources of
 //! libraries do it (`y = offset + (if time < startTime then 0 else height)`).
@@ -10,7 +10,7 @@ use hyd_system::{Tables, ValueKind, Variability};
 
 use crate::catalogue::Site;
 use crate::catalogue::door::Door;
-use crate::catalogue::naming::{free, outside};
+use crate::catalogue::naming::{outside, shared};
 use crate::variant::Workshop;
 
 /// Id of the place that a course in time is.
@@ -44,7 +44,7 @@ fn of_component(
 ) -> Option<Site> {
     let text = workshop.own_text(&site.file).or_else(|| workshop.library_text(&site.file))?;
     let full = |name: &str| format!("{}.{name}", site.path);
-    // What is no variable is a constant.
+    // A name that is not a variable is that of a constant.
     let is_fixed = |&(from, to): &(usize, usize)| {
         tables.find(&full(&expression[from..to])).is_none_or(|(own, _)| own.variability <= Variability::Discrete)
     };
@@ -53,17 +53,7 @@ fn of_component(
         return None;
     }
     let expression = outside(&expression, &names, &full, (tables, workshop))?;
-    let opening = Opening {
-        file: site.file.clone(),
-        line: site.line,
-        equation: site.text.clone(),
-        name: free(&format!("given_{name}"), (workshop, text), known)?,
-        words: format!("what {name} is given"),
-        factor: String::new(),
-        replaces: true,
-        elements: None,
-    };
-    opened(text, std::slice::from_ref(&opening))?;
+    let opening = replacing((&site.file, site.line, &site.text), &name, (workshop, text), known)?;
     Some(Site {
         id: COMMAND.into(),
         words: Arc::from(format!("command: {} = {expression}", full(&name))),
@@ -97,21 +87,7 @@ fn place(command: Command, (workshop, file, text): (&Workshop<'_>, &str, &str), 
     let Command { name, expression, line, equation } = command;
     let opening = match equation {
         None => None,
-        Some(equation) => {
-            let free = free(&format!("given_{}", name.replace('.', "_")), (workshop, text), known)?;
-            let opening = Opening {
-                file: file.into(),
-                line,
-                equation,
-                name: free,
-                words: format!("what {name} is given"),
-                factor: String::new(),
-                replaces: true,
-                elements: None,
-            };
-            opened(text, std::slice::from_ref(&opening))?;
-            Some(opening)
-        }
+        Some(equation) => Some(replacing((&file.into(), line, &equation), &name, (workshop, text), known)?),
     };
     let variable = opening.as_ref().map_or_else(|| name.clone(), |opening| opening.name.clone());
     Some(Site {
@@ -125,4 +101,26 @@ fn place(command: Command, (workshop, file, text): (&Workshop<'_>, &str, &str), 
         array: None,
         door: Door::Command { variable, expression, opening },
     })
+}
+
+/// What takes the place of the right side of an equation (file, line, text); none where the equation cannot be opened.
+fn replacing(
+    (file, line, equation): (&Arc<str>, u32, &str),
+    name: &str,
+    (workshop, text): (&Workshop<'_>, &str),
+    known: &[Site],
+) -> Option<Opening> {
+    let opening = Opening {
+        file: file.clone(),
+        line,
+        equation: equation.to_string(),
+        name: format!("given_{}", name.replace('.', "_")),
+        words: format!("what {name} is given"),
+        factor: String::new(),
+        replaces: true,
+        elements: None,
+    };
+    let opening = shared(opening, (workshop, text), known)?;
+    opened(text, std::slice::from_ref(&opening))?;
+    Some(opening)
 }

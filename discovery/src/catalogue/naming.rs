@@ -1,12 +1,23 @@
 //! Names at places that were found in texts: those of a component's equation as the model knows them, and new ones.
 
+use hyd_compiler::Opening;
 use hyd_system::Tables;
 
 use crate::catalogue::Site;
 use crate::variant::Workshop;
 
+/// An opening with a name that is free, or the one of a known place that opens the same equation: the components of one class share what is opened in it.
+pub(super) fn shared(opening: Opening, (workshop, text): (&Workshop<'_>, &str), known: &[Site]) -> Option<Opening> {
+    let is_same = |own: &&Opening| Opening { name: opening.name.clone(), ..(*own).clone() } == opening;
+    if let Some(own) = known.iter().flat_map(|site| site.door.openings()).find(is_same) {
+        return Some(own.clone());
+    }
+    let name = free(&opening.name, (workshop, text), known)?;
+    Some(Opening { name, ..opening })
+}
+
 /// A name that stands nowhere in the text, in the model's file and its package and that no other place has.
-pub(super) fn free(wanted: &str, (workshop, text): (&Workshop<'_>, &str), known: &[Site]) -> Option<String> {
+fn free(wanted: &str, (workshop, text): (&Workshop<'_>, &str), known: &[Site]) -> Option<String> {
     let taken = |name: &str| {
         text.contains(name)
             || workshop.preamble.contains(name)

@@ -36,10 +36,8 @@ pub(crate) fn natural(
 ) -> Result<(Vec<Candidate>, Vec<String>), Fault> {
     let mut wanted: Vec<String> = Vec::new();
     for candidate in &candidates {
-        for (name, site) in
-            asked(&candidate.effect).iter().flat_map(|name| candidate.sites.iter().map(move |site| (name, site)))
-        {
-            wanted.extend(expression(site, name).map(|(expression, _)| expression));
+        for name in asked(&candidate.effect) {
+            wanted.extend(asked_at(candidate).iter().filter_map(|site| expression(site, &name)).map(|(own, _)| own));
         }
     }
     wanted.sort_unstable();
@@ -65,7 +63,7 @@ pub(crate) fn natural(
                 let range = measured(setup, &expression).or_else(|| shown.get(&expression).copied())?;
                 Some((expression, range.0)).filter(|(_, lowest)| *lowest < COLDEST)
             };
-            if let Some((expression, lowest)) = candidate.sites.iter().find_map(shows) {
+            if let Some((expression, lowest)) = asked_at(&candidate).iter().find_map(shows) {
                 // Once, and not for every place.
                 if cold.contains(&candidate.effect.id) {
                     continue;
@@ -79,7 +77,8 @@ pub(crate) fn natural(
             }
         }
         // Of elements of an array the one that shows most.
-        let value_of = |name: &str| candidate.sites.iter().filter_map(|site| value_at(site, name)).reduce(f64::max);
+        let value_of =
+            |name: &str| asked_at(&candidate).iter().filter_map(|site| value_at(site, name)).reduce(f64::max);
         let value_of = |name: &str| value_of(name).or((name == TIME).then_some(time));
         match sized(&candidate.effect, &value_of) {
             Ok(effect) => {
@@ -90,6 +89,11 @@ pub(crate) fn natural(
         }
     }
     Ok((made, left_out))
+}
+
+/// The places whose names mean something in the formulas: of several that a model declares the first one, of elements of an array all.
+fn asked_at(candidate: &Candidate) -> &[Site] {
+    if candidate.is_found() { &candidate.sites } else { &candidate.sites[..candidate.sites.len().min(1)] }
 }
 
 /// Names in the formulas of an effect.

@@ -3,8 +3,8 @@
 //! A balance ([`hyd_compiler::balances`]) is told by units what it is of: by that of the equation, else by that of the variable that
 //! is stored.  Where a model has no units, a second derivative makes a balance of forces, and else the name of the variable decides as
 //! engineers choose names.  An effect comes in as a term of an equation of the model's file, or, where the equation is that of a
-//! component of a library, by an adapter on the component's connector.  Every channel is the place of a measuring chain; for what a valve or drive
-//! is told see [`super::commands`].
+//! component of a library, by an adapter on the component's connector.  Every channel is the place of a measuring chain; for commands to
+//! valves and drives see [`super::commands`].
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use hyd_system::{Tables, VariableInfo};
 use crate::catalogue::commands::commands;
 use crate::catalogue::door::{Door, End, Law};
 use crate::catalogue::exchanged::{Store, between};
-use crate::catalogue::naming::{free, outside};
+use crate::catalogue::naming::{outside, shared};
 use crate::catalogue::{Effect, SCALE, Site};
 use crate::data::ChannelInfo;
 use crate::elements::At;
@@ -274,10 +274,10 @@ fn places(balance: &Balance, tables: &Tables, workshop: &Workshop<'_>, known: &[
             Err(sentence) => return (found, Some(sentence)),
         }
     }
-    let sentence = (balance.elements.len() < balance.site.count && balance.site.count > 1).then(|| {
-        let of =
-            if found.is_empty() { String::new() } else { format!(" for all of its {} elements", balance.site.count) };
-        format!("nothing is added to `{equation}`{of}: its subscripts do not say which element an equation is for")
+    let count = balance.site.count;
+    let sentence = (found.len() < count && count > 1).then(|| {
+        let some = if found.is_empty() { String::new() } else { format!(" in {} of its {count} elements", count - found.len()) };
+        format!("nothing is added to `{equation}`{some}: which element it is for is not clear, or no term can be let into that")
     });
     (found, sentence)
 }
@@ -399,12 +399,13 @@ fn opened_end(
             file: balance.site.file.clone(),
             line: balance.site.line,
             equation: balance.site.text.clone(),
-            name: free(&format!("further_{}", kind.id), (workshop, text), known)?,
+            name: format!("further_{}", kind.id),
             words: format!("what the {} lacks", kind.words),
             factor: scaled.map_or_else(String::new, |own| own.factor.text.clone()),
             replaces: false,
             elements,
         };
+        let made = shared(made, (workshop, text), known)?;
         opened(text, std::slice::from_ref(&made))?;
         *opening = Some(made);
     }

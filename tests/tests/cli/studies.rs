@@ -363,6 +363,35 @@ fn effects_and_places_of_one_name_are_told() {
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), warning));
 }
 
+/// A law with the fourth power of a temperature means nothing in degrees Celsius.
+#[test]
+fn radiation_of_what_is_not_absolute_is_not_tried() {
+    let folder = Scratch::new();
+    folder.write(
+        "m.hyd",
+        "model Body\n  parameter Real C = 50;\n  parameter Real G = 1;\n  Real T[2](each start = 80, each fixed = true);\nequation\n  for i in 1:2 loop\n    \
+         C*der(T[i]) = -G*(T[i] - 20);\n  end for;\nend Body;\n",
+    );
+    folder.write(
+        "study.toml",
+        "file = \"m.hyd\"\n[models]\ndefault = \"Body\"\n[channels]\nT = { variable = \"T[1]\", noise = 0.1 }\n\
+         [nuisances]\nG = { parameter = \"G\", relative = 0.05 }\n[shots]\ntime = \"t\"\n",
+    );
+    for name in ["a.csv", "b.csv", "c.csv"] {
+        let rows = (0..200_i32).map(|k| {
+            let noise = 0.17 * (f64::from((k * 7919) % 101) / 50.0 - 1.0);
+            format!("{},{}\n", f64::from(k), 20.0 + 60.0 * (-f64::from(k) / 50.0).exp() + noise)
+        });
+        folder.write(name, format!("t,T\n{}", rows.collect::<String>()));
+    }
+    folder
+        .write("set.json", "{\"experiments\": [{\"file\": \"a.csv\"}, {\"file\": \"b.csv\"}, {\"file\": \"c.csv\"}]}");
+    let outcome = run(folder.path(), &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let said: Vec<&str> = outcome.stderr.lines().filter(|line| line.contains("radiation")).collect();
+    assert!(said.len() == 1 && said[0].contains("this law needs an absolute temperature in K"), "{said:?}");
+}
+
 /// Effects of the machine have places at balances; a formula of the time has none, and the effects of the channels are searched all the same.
 #[test]
 fn a_model_without_a_balance_is_said_to_be_one() {

@@ -84,7 +84,7 @@ fn components_of_a_library_are_searched() {
     let _ = fs::remove_dir_all(&folder);
 }
 
-/// What a source of a library gives is what a drive is told.
+/// What a source of a library gives is a command; two sources of one class share what is opened in its text.
 #[test]
 fn a_source_of_a_library_is_a_command() {
     let bench = Bench {
@@ -99,7 +99,8 @@ fn a_source_of_a_library_is_a_command() {
         rates: |x, shot| {
             let at = |k: usize| x.get(k).copied().unwrap_or(0.0);
             let told = if at(2) < 30.0 { 0.0 } else { shot[1] };
-            vec![(at(1) - 2.0 * (x[0] - 300.0)) / 200.0, (told - at(1)) / 20.0, 1.0]
+            let fan = if at(2) < 150.0 { 0.0 } else { 15.0 };
+            vec![(at(1) - fan - 2.0 * (x[0] - 300.0)) / 200.0, (told - at(1)) / 20.0, 1.0]
         },
         stop: 300.0,
         ..SWING
@@ -119,8 +120,8 @@ fn a_source_of_a_library_is_a_command() {
             (
                 "rig.mo",
                 "model Swing\n  parameter Real T_0 = 300;\n  parameter Real P = 50;\n  parameter Real C = 200;\n  parameter Real G = 2;\n  \
-                 Sources.Step heater(height = P, begin = 30);\n  Real T(start = T_0, fixed = true);\nequation\n  \
-                 C*der(T) = heater.y - G*(T - 300);\nend Swing;\n",
+                 Sources.Step heater(height = P, begin = 30);\n  Sources.Step fan(height = 15, begin = 150);\n  Real T(start = T_0, fixed = true);\nequation\n  \
+                 C*der(T) = heater.y - fan.y - G*(T - 300);\nend Swing;\n",
             ),
         ],
     );
