@@ -17,6 +17,7 @@ mod opening;
 mod page;
 mod pipeline;
 pub mod render;
+mod stand_in;
 mod suspects;
 mod variation;
 
@@ -30,10 +31,11 @@ pub use hyd_instance::{SourceText, Sources, Trees};
 pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean, dotted};
 pub use hyd_syntax::{Head, compare_versions, head, is_keyword, print_string, uses, version};
 pub use injection::{InjectionSite, MOST_ELEMENTS, injection_sites};
-pub use opening::{Command, Course, Elements, Opening, commands, course, opened};
+pub use opening::{Act, Command, Course, Elements, Opening, commands, course, opened};
 pub use pipeline::{
     Extras, compile, compile_extended, compile_over, compile_whole_loops, compile_with, with_whole_loops,
 };
+pub use stand_in::{ReadInput, read_inputs};
 pub use suspects::{Suspect, suspects};
 pub use variation::{Variation, varied};
 

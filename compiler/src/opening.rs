@@ -4,9 +4,11 @@
 //! a model that extends it can give them a value.  No line moves, so that messages point where they did.  [`commands`] finds the variables
 //! that a text gives courses in time, which are what is replaced.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use hyd_source::Files;
+use hyd_source::{Files, Span};
+use hyd_syntax::names::names;
 use hyd_syntax::one_line;
 use hyd_syntax::tree::{
     Argument, ClassBody, Component, ComponentRef, Direction, Element, ElementModification, Equation, EquationKind,
@@ -14,26 +16,47 @@ use hyd_syntax::tree::{
 };
 
 use crate::balance::{rate_of, sides, walk, written};
+use crate::stand_in;
 
 /// A place in a text where a further term is let in.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Opening {
     /// Name of the file that it is a place in.
     pub file: Arc<str>,
-    /// Line of the equation, from 1.
+    /// Line of the equation, from 1; of the declaration, where something stands in for an input.
     pub line: u32,
-    /// The equation as in [`InjectionSite::text`].
+    /// The equation as in [`crate::InjectionSite::text`], or the name of the input.
     pub equation: String,
-    /// Name of the variable that is added to its right side: 0 until a modification says otherwise.
+    /// Name of the variable.
     pub name: String,
     /// What the variable is, in words.
     pub words: String,
     /// What multiplies it there, in names of the class; nothing if empty.
     pub factor: String,
-    /// The variable takes the place of the right side, which it is equal to until a modification says otherwise.
-    pub replaces: bool,
+    /// What becomes of the equation.
+    pub act: Act,
     /// Where one text gives equations for the elements of an array: a variable for each.
     pub elements: Option<Elements>,
+}
+
+impl Opening {
+    /// Name of the variable that is what the right side was, where another one takes its place: whatever stands there, also what nobody sees from
+    /// outside, can be asked for by this name.
+    pub fn source(&self) -> String {
+        // The name itself stands nowhere in the text, so this one does not.
+        format!("{}_source", self.name)
+    }
+}
+
+/// What an opening does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Act {
+    /// The variable is added to the right side of the equation: 0 until a modification says otherwise.
+    Adds,
+    /// It takes the place of that side, which it is equal to until then; a variable beside it ([`Opening::source`]) is that side.
+    Replaces,
+    /// It is read wherever the class reads one of its inputs, which it is equal to until then.
+    StandsIn,
 }
 
 /// The array whose elements the equations of one text are for.
@@ -56,8 +79,10 @@ pub struct Command {
     pub expression: String,
     /// Line, from 1.
     pub line: u32,
-    /// The equation, blanks as in [`InjectionSite::text`]; none where the declaration gives the expression.
+    /// The equation, blanks as in [`crate::InjectionSite::text`]; none where the declaration gives the expression.
     pub equation: Option<String>,
+    /// Bytes of the expression.
+    pub(crate) range: Range<usize>,
 }
 
 /// The variables of a class that follow courses in time.  Only what stands in the class itself is looked at, not what it inherits.
@@ -109,6 +134,7 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
         of_time && is_free
     };
     let one_line = |expression: &Expr| one_line(written(text, expression.span));
+    let range = |expression: &Expr| bytes(expression.span);
     // What a variable of a component is, its class says.
     let is_number = |name: &ComponentRef| {
         let of = |own: &&Component| name.parts.first().is_some_and(|part| own.name.name == part.name.name);
@@ -124,8 +150,9 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
             && own.variability == Variability::Continuous
             && own.dims.is_empty()
         {
-            let (name, expression) = (own.name.name.to_string(), one_line(expression));
-            found.push(Command { name, expression, line: files.location(own.span).line, equation: None });
+            let (name, line) = (own.name.name.to_string(), files.location(own.span).line);
+            let range = range(expression);
+            found.push(Command { name, expression: one_line(expression), line, equation: None, range });
         }
         // `Valve valve(u = if time < 1 then 0 else 5)`
         let of_parts = own.modification.arguments.iter().filter(|_| own.dims.is_empty());
@@ -134,8 +161,8 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
                 && let Some(expression) = modification.binding.as_ref().filter(|binding| is_course(binding))
             {
                 let name = format!("{}.{}", own.name.name, written(text, target.span));
-                let (expression, line) = (one_line(expression), files.location(*span).line);
-                found.push(Command { name, expression, line, equation: None });
+                let (range, line) = (range(expression), files.location(*span).line);
+                found.push(Command { name, expression: one_line(expression), line, equation: None, range });
             }
         }
     }
@@ -147,7 +174,8 @@ pub fn commands(text: &str, class: &str) -> Vec<Command> {
         {
             let whole = hyd_syntax::one_line(files.snippet(equation.span));
             let (name, line) = (written(text, name.span).to_string(), files.location(equation.span).line);
-            found.push(Command { name, expression: one_line(right), line, equation: Some(whole) });
+            let range = range(right);
+            found.push(Command { name, expression: one_line(right), line, equation: Some(whole), range });
         }
     }
     found
@@ -188,24 +216,36 @@ pub fn course(equation: &str) -> Option<Course> {
     })
 }
 
-/// The text with a variable added to the right side of some equations and declared in their classes; no line moves.  None if one of the
-/// equations is not found, or not once.
+fn bytes(span: Span) -> Range<usize> {
+    span.start as usize..span.end as usize
+}
+
+/// The text with variables declared in its classes that equations read ([`Act`]); no line moves.  None if one of the equations is not found, or not once.
 pub fn opened(text: &str, openings: &[Opening]) -> Option<String> {
     let mut files = Files::new();
     let file = files.add("model", text);
     let parsed = hyd_syntax::parse(file, text);
-    let mut edits: Vec<(std::ops::Range<usize>, String)> = Vec::new();
+    let mut edits: Vec<(Range<usize>, String)> = Vec::new();
     for opening in openings {
+        if opening.act == Act::StandsIn {
+            let all = names(&parsed.value, text);
+            let (name, own) = stand_in::edits(&all, text, &files, (opening.line, &opening.equation), &opening.name)?;
+            let head = behind_description(text, name)?;
+            edits.push((head..head, declaration(opening, "", &opening.equation)));
+            for (range, instead) in own {
+                let lines = text[range.clone()].matches('\n').count();
+                edits.push((range, format!("{instead}{}", "\n".repeat(lines))));
+            }
+            continue;
+        }
         let mut places = Vec::new();
         for class in &parsed.value.classes {
             places_in(class, text, &files, opening, &mut places);
         }
         let [(head, right)] = &places[..] else { return None };
-        let range = right.span.start as usize..right.span.end as usize;
-        let first = match opening.replaces {
-            true => one_line(&text[range.clone()]),
-            false => "0".to_string(),
-        };
+        let range = bytes(right.span);
+        let replaces = opening.act == Act::Replaces;
+        let first = if replaces { one_line(&text[range.clone()]) } else { "0".to_string() };
         let (sizes, first) = match &opening.elements {
             None => (String::new(), first),
             Some(Elements { array, dimensions, .. }) => {
@@ -214,9 +254,16 @@ pub fn opened(text: &str, openings: &[Opening]) -> Option<String> {
                 (format!("[{sizes}]"), format!("fill({first}, {sizes})"))
             }
         };
-        let declared = format!(" Real {}{sizes} = {first} {};", opening.name, crate::print_string(&opening.words));
+        let declared = match replaces {
+            true => {
+                let source = opening.source();
+                let told = Opening { name: source.clone(), ..opening.clone() };
+                declaration(&told, &sizes, &first) + &declaration(opening, &sizes, &source)
+            }
+            false => declaration(opening, &sizes, &first),
+        };
         edits.push((*head..*head, declared));
-        if opening.replaces {
+        if replaces {
             let lines = text[range.clone()].matches('\n').count();
             edits.push((range, format!("{}{}", opening.name, "\n".repeat(lines))));
             continue;
@@ -239,6 +286,11 @@ pub fn opened(text: &str, openings: &[Opening]) -> Option<String> {
         text.replace_range(edits[k].0.clone(), &edits[k].1);
     }
     Some(text)
+}
+
+/// The declaration of the variable with what it is until a modification says otherwise.
+fn declaration(opening: &Opening, sizes: &str, first: &str) -> String {
+    format!(" Real {}{sizes} = {first} {};", opening.name, crate::print_string(&opening.words))
 }
 
 /// Where declarations of the class may stand, and the right side of the equation.
@@ -311,7 +363,7 @@ pub(crate) fn behind_description(text: &str, name: usize) -> Option<usize> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{Opening, commands, course, opened};
+    use super::{Act, Opening, commands, course, opened};
     use crate::{Balance, Goal, Options, SourceText, Sources, balances, compile, injection_sites};
 
     struct Nothing;
@@ -353,7 +405,7 @@ mod tests {
                 name: name.into(),
                 words: "let in".into(),
                 factor: String::new(),
-                replaces: false,
+                act: Act::Adds,
                 elements: None,
             };
             let whole = opened(&text, &[opening("further")]).unwrap();
@@ -394,9 +446,14 @@ mod tests {
         let equation = found[2].equation.clone().unwrap();
         let factor = String::new();
         let file = "model.mo".into();
-        let opening = Opening { file, line, equation, name, words, factor, replaces: true, elements: None };
+        let opening = Opening { file, line, equation, name, words, factor, act: Act::Replaces, elements: None };
         let whole = opened(text, &[opening]).unwrap();
-        assert!(whole.contains("model M Real given = sin( time) \"command\";\n"), "{whole}");
+        assert!(
+            whole.contains(
+                "model M Real given_source = sin( time) \"command\"; Real given = given_source \"command\";\n"
+            ),
+            "{whole}"
+        );
         assert!(whole.contains("  y = given\n;\n") && whole.lines().count() == text.lines().count(), "{whole}");
     }
 }

@@ -134,7 +134,7 @@ fn exchange(id: &str, (one, other): (&Store, &Store)) -> Option<Site> {
 mod tests {
     use std::sync::Arc;
 
-    use hyd_compiler::Opening;
+    use hyd_compiler::{Act, Opening};
 
     use super::{MOST, Store, between};
     use crate::catalogue::Site;
@@ -150,7 +150,7 @@ mod tests {
             name: "more".into(),
             words: String::new(),
             factor: String::new(),
-            replaces: false,
+            act: Act::Adds,
             elements: None,
         };
         let end = End::Equation { opening, path: "".into(), is_reversed: false, element: At::default() };

@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use hyd_compiler::{Balance, Element, Elements, MOST_ELEMENTS, Opening, Scaled, balances, opened};
+use hyd_compiler::{Act, Balance, Element, Elements, MOST_ELEMENTS, Opening, Scaled, balances, opened};
 use hyd_system::{Tables, VariableInfo};
 
 use crate::catalogue::commands::commands;
@@ -139,6 +139,7 @@ pub(crate) fn found(
         }
         sentences.extend(sentence);
     }
+    written_out(&mut found);
     for (kind, pair) in KINDS.iter().filter_map(|kind| Some((kind, kind.pair?))).filter(|(_, pair)| asks(pair)) {
         let (sites, said) = between(&stores, (kind.id, pair));
         found.extend(sites);
@@ -170,6 +171,30 @@ pub(crate) fn found(
     }));
     found.extend(pairs(setup, workshop));
     Ok((found, sentences))
+}
+
+/// From so many on, numbered variables (`T1`, `T2`, `T3`, or those of `wall1`, `wall2`, `wall3`) are taken for an array that is written out.
+const FEWEST_NUMBERED: usize = 3;
+
+/// Makes places of one kind whose variables differ in a number of their names only those of one array.
+fn written_out(found: &mut [Site]) {
+    let stem = |site: &Site| {
+        let digits = site.path.rfind(|c: char| c.is_ascii_digit())?;
+        let from = site.path[..digits].rfind(|c: char| !c.is_ascii_digit())? + 1;
+        let is_subscript = site.path[..from].ends_with(['[', ',']);
+        (!is_subscript && site.array.is_none())
+            .then(|| (site.id.clone(), format!("{}#{}", &site.path[..from], &site.path[digits + 1..])))
+    };
+    let stems: Vec<_> = found.iter().map(stem).collect();
+    for k in 0..found.len() {
+        let Some(own) = &stems[k] else { continue };
+        let members: Vec<usize> = (0..found.len()).filter(|&other| stems[other].as_ref() == Some(own)).collect();
+        if members.len() >= FEWEST_NUMBERED && members[0] == k {
+            let paths: Vec<&str> = members.iter().map(|&member| found[member].path.as_str()).collect();
+            let array: Arc<str> = format!("of {}", paths.join(", ")).into();
+            members.iter().for_each(|&member| found[member].array = Some(array.clone()));
+        }
+    }
 }
 
 /// Every channel that may hear another one; none where there are too many.
@@ -402,7 +427,7 @@ fn opened_end(
             name: format!("further_{}", kind.id),
             words: format!("what the {} lacks", kind.words),
             factor: scaled.map_or_else(String::new, |own| own.factor.text.clone()),
-            replaces: false,
+            act: Act::Adds,
             elements,
         };
         let made = shared(made, (workshop, text), known)?;

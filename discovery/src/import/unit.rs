@@ -1,4 +1,4 @@
-//! Units as labs write them, and headings with a unit: `p [bar]`, `t (ms)`, `Q / l/min`, `p_bar`.
+//! Units as labs write them, and headings with a unit: `p [bar]`, `t (ms)`, `Q / l/min`, `h1/cm`, `p_bar`.
 //!
 //! A unit is a product and quotient of symbols with prefixes and powers; what it is in SI units is a factor and, for temperatures, an
 //! offset.  Exact by the definitions of the SI (BIPM, "The International System of Units", 9th edition, tables 4, 7 and 8).
@@ -79,6 +79,9 @@ const ENDINGS: [&str; 38] = [
     "kN", "Hz", "kHz", "degC", "degF", "rpm", "kg", "Nm", "K", "Ohm", "lpm", "W", "cm", "rad", "mrad", "deg", "mps",
     "radps", "degps",
 ];
+
+/// Symbols of quantities that are those of units, too, and the unit of such a quantity.
+const QUANTITIES: [(&str, &str); 4] = [("U", "V"), ("T", "K"), ("F", "N"), ("V", "m3")];
 
 /// A unit in terms of SI units: `SI = scale*value + offset`.
 #[derive(Clone, PartialEq, Debug)]
@@ -170,7 +173,20 @@ pub(super) fn heading(text: &str) -> (String, Option<String>) {
         (!name.trim().is_empty() && !own.is_empty() && unit(own).is_some())
             .then(|| (name.trim().to_string(), Some(own.to_string())))
     };
-    let in_brackets = text.rsplit_once('(').and_then(|(name, rest)| known(name, rest.strip_suffix(')')?));
+    // A quotient of quantity and unit (ISO 80000-1, 7.1); what is a unit as a whole names nothing, but for symbols of quantities that are
+    // symbols of units, too.
+    let quotient = || {
+        let (name, own) = text.split_once('/').filter(|(name, _)| name.starts_with(char::is_alphabetic))?;
+        let is_of_quantity = || {
+            let si = unit(own.trim()).map(|own| own.si);
+            QUANTITIES.iter().any(|(quantity, of)| *quantity == name.trim() && si.as_deref() == Some(of))
+        };
+        if unit(text).is_some() && !is_of_quantity() { None } else { known(name, own) }
+    };
+    // `v/(m/s)` is a quotient, too.
+    let in_brackets = text
+        .rsplit_once('(')
+        .and_then(|(name, rest)| known(name.trim().trim_end_matches('/'), rest.strip_suffix(')')?));
     let after = |mark: &str| text.split_once(mark).and_then(|(name, own)| known(name, own));
     let ending = || {
         let (_, own) = text.rsplit_once('_')?;
@@ -181,6 +197,7 @@ pub(super) fn heading(text: &str) -> (String, Option<String>) {
         .or_else(|| after(" / "))
         .or_else(|| after(" in "))
         .or_else(|| after(", "))
+        .or_else(quotient)
         .or_else(ending)
         .unwrap_or_else(|| (text.to_string(), None))
 }
@@ -242,6 +259,12 @@ mod tests {
             ("speed (left)", "speed (left)", None),
             ("Q / l/min", "Q", Some("l/min")),
             ("Weg in mm", "Weg", Some("mm")),
+            ("h1/cm", "h1", Some("cm")),
+            ("v/(m/s)", "v", Some("m/s")),
+            ("U/mV", "U", Some("mV")),
+            ("T/\u{b0}C", "T", Some("\u{b0}C")),
+            ("m/s", "m/s", None),
+            ("p1/p2", "p1/p2", None),
             ("p0_bar", "p0_bar", Some("bar")),
             ("theta_rad", "theta_rad", Some("rad")),
             ("omega_degps", "omega_degps", Some("degps")),

@@ -8,7 +8,7 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
-use hyd_compiler::{Opening, SourceText, Sources, Variation, opened, print_string, varied};
+use hyd_compiler::{Act, Opening, SourceText, Sources, Variation, opened, print_string, varied};
 
 use crate::catalogue::door::{self, Door, End};
 use crate::catalogue::{Candidate, Effect, EffectParameter, Kind, Site};
@@ -481,7 +481,7 @@ pub(crate) fn site_of(
         name: free(text, line)?,
         words: "what no library holds".to_string(),
         factor: String::new(),
-        replaces: false,
+        act: Act::Adds,
         elements: None,
     };
     opened(text, std::slice::from_ref(&opening))?;

@@ -161,7 +161,8 @@ fn modifications(inserts: &[Insert], extra: &[(String, String)], starts: &[Start
 /// Declarations and equations of the effects that come in at equations, connectors and channels.
 fn additions(inserts: &[Insert]) -> String {
     let (mut declared, mut equations) = (String::new(), String::new());
-    let mut channels: BTreeMap<&str, String> = BTreeMap::new();
+    // Chains by what goes through them: an expression that is measured, or what a variable is given.
+    let mut chains: BTreeMap<(&str, &str), String> = BTreeMap::new();
     // Writing to a String cannot fail.
     for insert in inserts {
         let candidate = &insert.candidate;
@@ -183,10 +184,11 @@ fn additions(inserts: &[Insert]) -> String {
                     law
                 }
                 Door::Channel { expression, .. } | Door::Command { expression, .. } => {
-                    let before =
-                        channels.get(expression.as_str()).cloned().unwrap_or_else(|| format!("({expression})"));
+                    let given = if let Door::Command { variable, .. } = &site.door { variable.as_str() } else { "" };
+                    let before = chains
+                        .insert((given, expression), format!("{name}.y"))
+                        .unwrap_or_else(|| format!("({expression})"));
                     let _ = writeln!(equations, "  {name}.u = {before};");
-                    channels.insert(expression, format!("{name}.y"));
                     if let Door::Channel { heard: Some(heard), .. } = &site.door {
                         let _ = writeln!(equations, "  {name}.v = {heard};");
                     }

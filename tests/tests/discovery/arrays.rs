@@ -71,6 +71,37 @@ fn what_one_element_of_a_loop_loses() {
     names(&bench, "named", "heat_leak", "T[3]", &[("k", 0.1)]);
 }
 
+/// The same without arrays: the pieces are numbered.
+#[test]
+fn what_each_of_numbered_variables_loses() {
+    let bench = Bench {
+        name: "numbered",
+        model: "model Rod
+  parameter Real P = 30;
+  parameter Real T_1 = 300;
+  parameter Real T_2 = 300;
+  parameter Real T_3 = 300;
+  parameter Real T_4 = 300;
+  parameter Real G = 0.5;
+  parameter Real C = 50;
+  Real T1(start = T_1, fixed = true);
+  Real T2(start = T_2, fixed = true);
+  Real T3(start = T_3, fixed = true);
+  Real T4(start = T_4, fixed = true);
+equation
+  C*der(T1) = P - G*(T1 - T2);
+  C*der(T2) = G*(T1 - T2) - G*(T2 - T3);
+  C*der(T3) = G*(T2 - T3) - G*(T3 - T4);
+  C*der(T4) = G*(T3 - T4);
+end Rod;
+",
+        channels: &[("T1", "T1", 0.05), ("T2", "T2", 0.05), ("T3", "T3", 0.05), ("T4", "T4", 0.05)],
+        nuisances: &["G", "C"],
+        ..ROD
+    };
+    names(&bench, "named", "heat_leak", "each of T1, T2, T3, T4", &[("k", 0.05)]);
+}
+
 /// The same equations between arrays, solved for the rate.
 #[test]
 fn equations_between_arrays() {

@@ -146,3 +146,60 @@ fn noise_that_is_more_than_stated_is_counted_before_anything_is_tried() {
     assert!(attempts.iter().any(|own| own["start"] == "from there, with noise as it is"), "{attempts:?}");
     let _ = fs::remove_dir_all(&folder);
 }
+
+/// What reads the input gets it late: a heater's power stands in the balance as it is recorded.
+#[test]
+fn a_recorded_input_that_balances_read_is_a_command() {
+    const LAG: f64 = 20.0;
+    let folder = folder("read-input");
+    let model = "model Pot
+  input Real u;
+  parameter Real k = 3;
+  parameter Real C = 200;
+  parameter Real G = 2;
+  parameter Real T_s = 300;
+  Real T(start = T_s, fixed = true);
+equation
+  C*der(T) = k*u - G*(T - 300);
+end Pot;
+";
+    fs::write(folder.join("pot.mo"), model).expect("written");
+    let study = "file = \"pot.mo\"\n[models]\ndefault = \"Pot\"\n[channels]\nT_K = { variable = \"T\", noise = 0.05 }\n[inputs]\n\
+        u = { column = \"u\", hold = \"zero\" }\n[conditions]\nT_s = \"T_s\"\n[nuisances]\nk = \"k\"\nC = \"C\"\nG = \"G\"\n[shots]\ntime = \"t\"\n";
+    fs::write(folder.join("study.toml"), study).expect("written");
+    let mut draws = Draws(11);
+    let mut shots = Vec::new();
+    // Where it does not begin in equilibrium, a lag of the sensor would show at once.
+    let told = [(300.0, 20, 150, 30.0), (340.0, 40, 200, 50.0), (320.0, 10, 90, 80.0), (310.0, 60, 220, 40.0)];
+    for (shot, (start, begin, end, size)) in told.into_iter().enumerate() {
+        let (mut power, mut temperature) = (0.0, start);
+        let mut text = String::from("t,u,T_K\n");
+        for k in 0..300 {
+            let told = if (begin..end).contains(&k) { size } else { 0.0 };
+            writeln!(text, "{k},{told},{:.4}", temperature + 0.05 * draws.normal()).expect("a String");
+            // Exact for the power, which the temperature follows by the trapezoidal rule.
+            for _ in 0..100 {
+                let before = power;
+                power = told + (power - told) * (-0.01 / LAG).exp();
+                let rate = |power: f64, temperature: f64| (3.0 * power - 2.0 * (temperature - 300.0)) / 200.0;
+                let first = rate(before, temperature);
+                temperature += 0.005 * (first + rate(power, temperature + 0.01 * first));
+            }
+        }
+        fs::write(folder.join(format!("s{shot}.csv")), text).expect("written");
+        shots.push(format!("{{\"file\": \"s{shot}.csv\", \"T_s\": {start}}}"));
+    }
+    fs::write(folder.join("set.json"), format!("{{\"experiments\": [{}]}}", shots.join(", "))).expect("written");
+    let found = hyd(&folder, &["discover", "study.toml", "--bench", "set.json", "--report", "report"]);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
+    let report = json(&fs::read_to_string(folder.join("report/report.json")).expect("written"));
+    let effects = report["effects"].as_array().expect("a list");
+    let named: Vec<&str> = effects.iter().filter_map(|own| own["id"].as_str()).collect();
+    assert_eq!(named, ["actuator_lag"], "{}", found.stdout);
+    let tau = &effects[0]["parameters"]["tau"];
+    let figure = |key: &str| tau[key].as_f64().expect("a number");
+    assert!((figure("value") - LAG).abs() < 4.0 * figure("stderr") && figure("stderr") < 1.0, "{tau}");
+    let written = fs::read_to_string(folder.join("report/discovered.hyd")).expect("written");
+    assert!(written.contains("k*given_u"), "{written}");
+    let _ = fs::remove_dir_all(&folder);
+}

@@ -129,3 +129,50 @@ fn a_source_of_a_library_is_a_command() {
     check_names(&report, ("source", "named", "actuator_lag", "heater.y"), &[("tau", 20.0)]);
     let _ = fs::remove_dir_all(&folder);
 }
+
+/// One that counts its periods, and whose width follows from its parameters.
+#[test]
+fn a_source_of_pulses_is_a_command() {
+    let bench = Bench {
+        name: "pulses",
+        model: "",
+        class: "Swing",
+        channels: &[("T_K", "T", 0.05)],
+        conditions: &["T_0", "P"],
+        nuisances: &["C", "G"],
+        shots: &[&[300.0, 50.0], &[305.0, 80.0], &[300.0, 120.0], &[310.0, 60.0], &[300.0, 100.0]],
+        // The heater follows by 10 s; the last state is the time.
+        rates: |x, shot| {
+            let at = |k: usize| x.get(k).copied().unwrap_or(0.0);
+            let told = if at(2) >= 30.0 && (at(2) - 30.0) % 80.0 < 32.0 { shot[1] } else { 0.0 };
+            vec![(at(1) - 2.0 * (x[0] - 300.0)) / 200.0, (told - at(1)) / 10.0, 1.0]
+        },
+        stop: 300.0,
+        ..SWING
+    };
+    let folder = folder("pulses");
+    write(&folder, &bench);
+    put(
+        &folder,
+        ("rig.mo", "Swing"),
+        &[
+            ("lib/Sources/package.mo", "package Sources\nend Sources;\n"),
+            (
+                "lib/Sources/Pulse.mo",
+                "within Sources;\nblock Pulse\n  parameter Real height = 1;\n  parameter Real width = 50;\n  parameter Real period = 1;\n  \
+                 parameter Real begin = 0;\n  output Real y;\nprotected\n  Real t_width = period*width/100;\n  Real t_start(start = begin, fixed = true);\n  \
+                 Integer count(start = 0, fixed = true);\nequation\n  when time >= (pre(count) + 1)*period + begin then\n    count = pre(count) + 1;\n    \
+                 t_start = time;\n  end when;\n  y = if time < begin then 0 else if time < t_start + t_width then height else 0;\nend Pulse;\n",
+            ),
+            (
+                "rig.mo",
+                "model Swing\n  parameter Real T_0 = 300;\n  parameter Real P = 50;\n  parameter Real C = 200;\n  parameter Real G = 2;\n  \
+                 Sources.Pulse heater(height = P, period = 80, width = 40, begin = 30);\n  Real T(start = T_0, fixed = true);\nequation\n  \
+                 C*der(T) = heater.y - G*(T - 300);\nend Swing;\n",
+            ),
+        ],
+    );
+    let report = found_in(&folder, &["--library", "lib"]);
+    check_names(&report, ("pulses", "named", "actuator_lag", "heater.y"), &[("tau", 10.0)]);
+    let _ = fs::remove_dir_all(&folder);
+}
