@@ -14,10 +14,11 @@ mod timing;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::disturbance::{Added, AddedTo, Disturbances, Lag, Level, ROOM, Scatter};
+use crate::disturbance::{Added, AddedTo, Disturbances, Lag, Level, ROOM, Scatter, Spike};
 use crate::evidence::thresholds::adequate;
 use crate::fit::{Fit, Jacobian};
 use crate::problem::{Problem, Weighing};
+use crate::record;
 use crate::unknowns::{LIMIT, Meaning};
 use crate::{Fault, Setup};
 use explain::{Columns, Explained, Ground};
@@ -129,14 +130,16 @@ pub(crate) fn leftover(
     for block in &blocks {
         let rows = block.first..block.first + block.rows;
         for sample in spikes::find(&residuals.as_slice()[rows.clone()], &weights[rows]) {
-            let spike = crate::disturbance::Spike { shot: block.shot, channel: block.channel, sample };
+            let spike = Spike { shot: block.shot, channel: block.channel, sample };
             disturbances.spikes.push(spike);
             let row = block.first + sample;
             (residuals[row], weights[row]) = (0.0, 0.0);
             jacobian.row_mut(row).fill(0.0);
         }
     }
+    disturbances.spikes.extend(spikes_held_out(setup, problem, &disturbances.spikes));
     disturbances.spikes.sort_unstable();
+    disturbances.spikes.dedup();
     let mut state = State { setup, problem, blocks: &blocks, residuals, jacobian, weights, fit, kinds };
     let mut open = state.candidates(setup);
     let is_open = |own: &Disturbance| matches!(kinds, Kinds::All | Kinds::InPlaceOfSizes) || own.is_added();
@@ -175,6 +178,26 @@ pub(crate) fn leftover(
     let misfit = state.residuals.norm_squared() / state.expected(None);
     disturbances.levels = if levels.iter().all(Level::is_noise) { Vec::new() } else { levels };
     Ok(Leftover { disturbances, misfit })
+}
+
+/// Spikes of the shots held out in channels that have spikes in the fitted ones.  No fit says what they are far from, so they are those that a record shows by
+/// itself.
+fn spikes_held_out(setup: &Setup, problem: &Problem<'_>, fitted: &[Spike]) -> Vec<Spike> {
+    let mut found = Vec::new();
+    for &shot in &setup.held_out {
+        let data = &problem.data.shots[shot];
+        for (channel, trace) in data.traces.iter().enumerate() {
+            let Some(trace) = trace.as_ref().filter(|_| fitted.iter().any(|own| own.channel == channel)) else {
+                continue;
+            };
+            for spike in record::spikes(&data.times, &trace.values) {
+                // Where there is no value, a zero stands.
+                let samples = (spike.index..spike.index + spike.samples).filter(|&sample| trace.used[sample]);
+                found.extend(samples.map(|sample| Spike { shot, channel, sample }));
+            }
+        }
+    }
+    found
 }
 
 /// The largest variance over so many shots, in that of the tolerance, of what scatters by no more than its tolerance: it is known from a few numbers

@@ -88,6 +88,26 @@ fn rounded(value: f64) -> String {
     shown(rounded)
 }
 
+/// Of two effects that differ by fewer standard deviations in a further measurement a fit may leave nothing.
+const CLEAR: f64 = 5.0;
+
+/// What the best further measurement says of two effects that explain alike.
+fn told_apart(best: &Value) -> String {
+    let measurement = best["measurement"].as_str().unwrap_or_default();
+    let (one, other) = (&best["effects"][0], &best["effects"][1]);
+    // Standard deviations of the noise, over all samples of the shot.
+    let apart = best["apart"].as_f64().unwrap_or(0.0).sqrt();
+    match apart {
+        apart if apart < 1.0 => {
+            format!("no other condition of a shot and no other channel of this study tells {one} from {other}")
+        }
+        apart if apart < CLEAR => format!(
+            "{one} and {other} are hard to tell apart: most, but by {apart:.1} standard deviations only, they would differ if you {measurement}"
+        ),
+        _ => format!("to tell {one} from {other}: {measurement}"),
+    }
+}
+
 /// The text of a law, and what else was fitted.
 fn law_lines(json: &Value) -> Vec<String> {
     let law = &json["law"];
@@ -141,8 +161,7 @@ pub(super) fn summary(scene: &Scene<'_>, gaps: &AllGaps, seconds: f64, json: &Va
         let _ = writeln!(text, "  at the limit of {LIMIT} standard deviations, held there: {}", held.join(", "));
     }
     if let Some(first) = json["further"].as_array().and_then(|all| all.first()) {
-        let measurement = first["measurement"].as_str().unwrap_or_default();
-        let _ = writeln!(text, "  to tell {} from {}: {measurement}", first["effects"][0], first["effects"][1]);
+        let _ = writeln!(text, "  {}", told_apart(first));
     }
     for line in law_lines(json) {
         let _ = writeln!(text, "  {line}");

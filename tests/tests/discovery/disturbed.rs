@@ -4,6 +4,7 @@
 use std::fs;
 
 use super::{folder, hyd, json, study, thinned};
+use crate::plain::{Bench, SWING, answer, check_names};
 
 /// What is said of a set of which one sample of `every` is kept, and how much what is left exceeds the noise as stated.
 fn said(set: &str, every: usize) -> (String, f64) {
@@ -50,4 +51,20 @@ fn two_shots_are_enough_to_scatter() {
 fn what_follows_a_condition_by_chance_scatters_all_the_same() {
     let (said, left) = said("follows", 1);
     assert!(said.contains("F_y0 scatters from shot to shot by about") && left < 1.1, "{said}");
+}
+
+/// Shots held out have spikes, too: what they are far from no fit has said, and they do not count all the same.
+#[test]
+fn spikes_of_shots_held_out_do_not_count() {
+    let spiked = |_, value: f64| if ((value * 1e6) as i64).rem_euclid(120) == 0 { value + 0.2 } else { value };
+    let rates: crate::plain::Rates = |x, _| vec![x[1], (-80.0 * x[0] - 0.6 * x[1] - 1.5 * (x[1] / 1e-3).tanh()) / 2.0];
+    let report = answer(&Bench { name: "spikes", rates, recorded: spiked, ..SWING });
+    check_names(&report, ("spikes", "named", "coulomb_friction", "v"), &[("F_c", 1.5)]);
+    let held_out: Vec<u64> =
+        report["shots"]["heldout"].as_array().expect("a list").iter().filter_map(serde_json::Value::as_u64).collect();
+    let spikes = report["disturbed"]["spikes"].as_array().expect("a list");
+    let is_held_out = |own: &&serde_json::Value| own["shot"].as_u64().is_some_and(|shot| held_out.contains(&shot));
+    assert!(spikes.iter().filter(is_held_out).count() > 2, "{held_out:?}: {spikes:?}");
+    let left = report["gap"]["heldout"]["after"].as_f64().expect("a number");
+    assert!(left < 1.1, "{left}");
 }

@@ -44,8 +44,12 @@ function answer() {
   const terms = R.proposed.map((own) =>
     `<p>a term <code>${short(own.coefficient)}*${safe(own.shape)}</code> ${safe(own.unit || "")} (&plusmn; ${short(own.stderr)}) in <code>${safe(own.equation)}</code>` +
     ` of <code>${safe(own.component || "the model")}</code>, ${place(own)}, would bring the misfit to ${fixed(own.misfit)}</p>`);
-  const further = R.further.slice(0, 4).map((own) =>
-    `<p>To tell ${safe(own.effects[0])} from ${safe(own.effects[1])}: ${safe(own.measurement)}; they would differ by ${short(own.apart)} (sum of squares in standard deviations).</p>`);
+  const telling = R.further.filter((own) => own.apart >= 1);
+  const nothing = R.further.length && !telling.length
+    ? [`<p>No other condition of a shot and no other channel of this study tells ${safe(R.further[0].effects[0])} from ${safe(R.further[0].effects[1])}.</p>`]
+    : [];
+  const further = nothing.concat(telling.slice(0, 4).map((own) =>
+    `<p>To tell ${safe(own.effects[0])} from ${safe(own.effects[1])}: ${safe(own.measurement)}; they would differ by ${short(own.apart)} (sum of squares in standard deviations).</p>`));
   section("What was found", figures + effects.join("") + law() + terms.join("") + further.join(""));
 }
 
