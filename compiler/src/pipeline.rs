@@ -6,8 +6,8 @@ use std::sync::Arc;
 use hyd_codegen::CompiledModel;
 use hyd_equations::Loops;
 use hyd_flat::{FlatModel, Injection, VarId};
-use hyd_instance::{ClassId, ClassTable, Override, Sources, Trees};
-use hyd_source::{Code, Diagnostic, FileId, Files, Outcome, Severity};
+use hyd_instance::{ClassId, ClassTable, InstId, Override, Scopes, Sources, Trees};
+use hyd_source::{Code, Diagnostic, FileId, Files, Outcome, Severity, Span};
 
 use crate::back_end::sort;
 use crate::choice::choose;
@@ -110,26 +110,40 @@ fn compile_loops(sources: Texts<'_>, name: &str, text: &str, options: &Options, 
         result.diagnostics.push(Diagnostic::error(Code::OutsideProfile, message).at(block.span, "").help(help));
         return result;
     }
-    let units = result.stage(options.clock, "check units", |result| hyd_units::check_units(&flat, &result.files));
+    let units = result.stage(options.clock, "check units", |result| match extras.strict_units {
+        true => hyd_units::check_units_strictly(&flat, &result.files),
+        false => hyd_units::check_units(&flat, &result.files),
+    });
     result.undecided_units = units.undecided.into_iter().map(|found| (found.name, found.count as usize)).collect();
     result.inferred_units = units.inferred.into_iter().map(|found| (found.variable, found.unit)).collect();
-    let own = result.own_files.clone();
-    result.diagnostics.extend(units.diagnostics.into_iter().map(|found| match extras.strict_units {
-        true => found,
-        false => of_libraries_warned(found, &own),
-    }));
+    let own = &result.own_files;
+    let is_of_library = |found: &Diagnostic| {
+        let place = found.labels.iter().find(|label| label.primary).map(|label| label.span.file);
+        !extras.strict_units && found.code == Code::UnitMismatch && place.is_some_and(|file| !own.contains(&file))
+    };
+    let (of_libraries, of_user): (Vec<Diagnostic>, Vec<Diagnostic>) =
+        units.diagnostics.into_iter().partition(is_of_library);
+    result.diagnostics.extend(of_user);
     sort(&mut result, &flat, options, (extras.terms, extras.loops));
+    // Behind what users can mend.
+    result.diagnostics.extend(libraries_warned(of_libraries));
     result
 }
 
-/// A mismatch of units in a text that is not the user's own is a warning: other tools take such libraries.
-fn of_libraries_warned(mut found: Diagnostic, own: &BTreeSet<FileId>) -> Diagnostic {
-    let place = found.labels.iter().find(|label| label.primary).map(|label| label.span.file);
-    if found.severity == Severity::Error && place.is_some_and(|file| !own.contains(&file)) {
-        found.severity = Severity::Warning;
-        found.notes.push("in a library this is a warning; `--strict-units` makes it an error".to_string());
-    }
-    found
+/// Mismatches of units in texts that are not the user's own are one warning: other tools take such libraries.
+fn libraries_warned(found: Vec<Diagnostic>) -> Option<Diagnostic> {
+    let others = found.len().saturating_sub(1);
+    let mut first = found.into_iter().next()?;
+    first.severity = Severity::Warning;
+    first.labels.retain(|label| label.primary);
+    first.notes.clear();
+    first.proposals.clear();
+    first.notes.push(match others {
+        0 => "in a library this is a warning; `--strict-units` makes it an error".to_string(),
+        1 => "so it is at 1 more place of libraries; `--strict-units` shows both, as errors".to_string(),
+        _ => format!("so it is at {others} more places of libraries; `--strict-units` shows all, as errors"),
+    });
+    Some(first)
 }
 
 /// Text to flat model; anew with arrays of components in parts, where their elements were found to differ.
@@ -198,6 +212,7 @@ fn read(
             }
             differing.clone_from(scopes.differing());
             let own_files = own_files(&scopes.table, &classes);
+            flat.library_parts = library_parts(&scopes, tree.root, &own_files);
             let used = scopes.overrides.iter().filter(|o| o.used).map(|o| o.path.clone()).collect();
             let mut result = Compilation::new(scopes.table.files, scopes.table.messages.into_given());
             result.set_at_translation = used;
@@ -211,6 +226,16 @@ fn read(
     };
     result.model_name = Some(model_name);
     (result, differing)
+}
+
+/// The components of a model that its own text declares and whose classes stand in libraries.
+fn library_parts(scopes: &Scopes<'_>, root: InstId, own: &BTreeSet<FileId>) -> Vec<(Arc<str>, Span)> {
+    let children = scopes.instances[root].children.iter().map(|&child| &scopes.instances[child]);
+    let is_of_library = |class: ClassId| !own.contains(&scopes.table.class(class).def.name.span.file);
+    children
+        .filter(|child| own.contains(&child.span.file) && child.class.is_some_and(is_of_library))
+        .map(|child| (child.name.clone(), child.span))
+        .collect()
 }
 
 /// The files of the classes of the main text, and of all that stands in the same package at the top.

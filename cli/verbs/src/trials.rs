@@ -72,6 +72,7 @@ impl Trials<'_> {
             trouble.start = failure.time().is_some_and(|time| time <= self.start(compilation));
             trouble.judged = matches!(failure, SolveError::Assertion { .. });
             trouble.accumulates = matches!(failure, SolveError::Chattering { accumulating: true, .. });
+            trouble.chatters = matches!(failure, SolveError::Chattering { accumulating: false, .. });
         }
         let most = self.most(compilation);
         if !trouble.any() || most == 0 {

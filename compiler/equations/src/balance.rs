@@ -7,7 +7,7 @@
 
 use hyd_flat::{BlockId, Imbalance, Section, Target, VarId};
 use hyd_index::TypedIndex;
-use hyd_source::{Code, Diagnostic};
+use hyd_source::{Code, Diagnostic, Span};
 use hyd_structure::{Matching, maximum_matching};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -17,6 +17,7 @@ use crate::explain::faults::{
     smallest_over, variable_of, written_text,
 };
 use crate::explain::held_states::{held_message, held_states};
+use crate::explain::own_equations::{self, odd_ones};
 use crate::explain::prescribed::prescribed_twice;
 use crate::incidence::{Pattern, Unknowns, pattern};
 use crate::system::{EqId, EquationSystem, Reduction, Role};
@@ -154,7 +155,14 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
         None => message,
     };
     let only_fault = the_only_fault(system, needed.abs_diff(written), written);
-    let diagnostic = match only_fault.or_else(|| written_twice(system, pattern, matching)) {
+    let said = only_fault.or_else(|| written_twice(system, pattern, matching));
+    if said.is_none()
+        && let Some(odd) = odd_ones(system, pattern, unknowns)
+    {
+        let said = own_equations::sentence(system, pattern, &odd);
+        return own_equations::mark(Diagnostic::error(code, said).help(message), system, pattern, &odd);
+    }
+    let diagnostic = match said {
         Some(said) => Diagnostic::error(code, said).help(message),
         None => Diagnostic::error(code, message),
     };
@@ -182,8 +190,10 @@ fn inputs_without_source(system: &EquationSystem, open: &[BlockId], counts: Stri
     let (s, them) = if one { ("", "it, or give it a value") } else { ("s", "them, or give them values") };
     let message = format!("nothing is connected to the input{s} {names}");
     let mut diagnostic = Diagnostic::error(Code::Unbalanced, message).help(format!("connect {them}")).help(counts);
-    for block in blocks().take(MOST_MARKED) {
-        diagnostic = diagnostic.at(block.origin.span, "");
+    let mut places: Vec<Span> = open.iter().map(|&block| system.flat.shown_span(block)).collect();
+    places.dedup();
+    for place in places.into_iter().take(MOST_MARKED) {
+        diagnostic = diagnostic.at(place, "");
     }
     diagnostic
 }

@@ -464,9 +464,23 @@ pub struct FlatModel {
     pub terminals: Vec<Terminal>,
     /// Where the text of the model can be added to; none where it has no declarations or no equations of its own.
     pub gaps: Option<Gaps>,
+    /// Components that a text of the user's declares and whose insides stand in libraries: name, and where it is declared.
+    pub library_parts: Vec<(Arc<str>, Span)>,
 }
 
 impl FlatModel {
+    /// Where users find a variable: its declaration, or that of the component which holds it where the former stands in a library.
+    pub fn shown_span(&self, block: BlockId) -> Span {
+        let own = &self.variables[block];
+        let name = own.name.parts.first().map_or("", |(text, _)| text);
+        let component = name.split('.').next().unwrap_or(name);
+        let found = self.library_parts.iter().find(|(known, span)| {
+            let is_inside = name.len() > component.len() || own.name.parts.len() > 1;
+            &**known == component && is_inside && span.file != own.origin.span.file
+        });
+        found.map_or(own.origin.span, |(_, span)| *span)
+    }
+
     /// True for equations of a connection.
     pub fn is_connection(&self, block: &EquationBlock) -> bool {
         self.connects.binary_search(&block.origin.span).is_ok()

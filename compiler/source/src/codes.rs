@@ -90,7 +90,7 @@ codes! {
     Clock = "E0220", "clocks do not fit",
         "What has a clock changes at its ticks only, and which clock that is must follow from the model: from `Clock(...)` in a `when` or in `sample(u, clock)`, and from there along equations and operators. `sample` leads from continuous time to a clock, `hold` back, `subSample`, `superSample`, `shiftSample`, `backSample` and `noClock` from one clock to another (Modelica 3.6, chapter 16).";
     UnitMismatch = "E0301", "units do not fit",
-        "Both sides of an equation, a sum or a connection have different physical dimensions.";
+        "Both sides of an equation, a sum or a connection have different physical dimensions. Where a number that is a factor could make up for it (`time/10`), it may stand for a quantity, and this is a warning: give the quantity a name and a unit, as in `parameter Real tau(unit = \"s\") = 10`. In libraries of others it is a warning, too; `--strict-units` makes all of them errors.";
     UnitSyntax = "E0302", "not a unit",
         "A `unit` string cannot be read as a product of powers of SI units.";
     ConnectorMismatch = "E0303", "connectors do not fit",

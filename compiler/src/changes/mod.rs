@@ -36,6 +36,8 @@ pub struct Trouble {
     pub judged: bool,
     /// Events whose intervals shrink: many a change makes a bounce stop that has nothing to do with it.
     pub accumulates: bool,
+    /// Events that follow each other while time stands still: other numbers or signs bring a run past them that nobody means.
+    pub chatters: bool,
 }
 
 impl Trouble {
@@ -203,7 +205,9 @@ pub fn changes(
     }
     let mut changes = found.changes;
     changes.retain(|own| {
-        !trouble.accumulates || matches!(own.rank, Rank::Rest | Rank::RestForNow | Rank::Marked | Rank::Unit)
+        let is_of_rest = matches!(own.rank, Rank::Rest | Rank::RestForNow | Rank::Marked | Rank::Unit);
+        let is_of_chance = matches!(own.rank, Rank::Numbers | Rank::Sign);
+        (!trouble.accumulates || is_of_rest) && !(trouble.chatters && is_of_chance)
     });
     let mut known = BTreeSet::new();
     changes.retain(|own| {
@@ -453,6 +457,7 @@ mod tests {
             run: true,
             judged: true,
             accumulates: false,
+            chatters: false,
         };
         assert_eq!(texts(text, all, "assert"), []);
         // What it compares with, in whatever words, in algorithms, too.

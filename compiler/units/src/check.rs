@@ -5,14 +5,14 @@
 
 use hyd_flat::{BlockId, EquationBlock, FlatModel, Section, Target, UnitClaim, VarId};
 use hyd_index::TypedIndex;
-use hyd_source::{Diagnostic, Files, Span};
+use hyd_source::{Diagnostic, Files, Severity, Span};
 use hyd_symbolic::{Function, Node, NodeId, TemplateId, contains, post_order, slots};
 use hyd_system::ValueKind;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::class::{Classes, Declared, SlotClass, read_declared};
 use crate::form::Fit;
-use crate::infer::{Case, Row, Rule, SMALL, infer};
+use crate::infer::{Case, Literals, Row, Rule, SMALL, infer};
 use crate::place::WholeNumbers;
 use crate::report::Reporter;
 use crate::solve::{Solution, solve};
@@ -59,8 +59,18 @@ impl UnitReport {
     }
 }
 
-/// Checks the units of a flat model; `files` are the texts that its origins point into.
+/// Checks the units of a flat model; `files` are the texts that its origins point into.  What would fit if a number of the text stood for a
+/// quantity is a warning.
 pub fn check_units(flat: &FlatModel, files: &Files) -> UnitReport {
+    check(flat, files, false)
+}
+
+/// The same; numbers of the text that are integers, simple fractions and multiples of pi have no unit, and all that does not fit is an error.
+pub fn check_units_strictly(flat: &FlatModel, files: &Files) -> UnitReport {
+    check(flat, files, true)
+}
+
+fn check(flat: &FlatModel, files: &Files, is_strict: bool) -> UnitReport {
     let mut declared = read_declared(flat, files);
     let mut report = UnitReport { diagnostics: std::mem::take(&mut declared.diagnostics), ..Default::default() };
     let mut pass = Pass::new(flat, files, &declared, false);
@@ -69,7 +79,7 @@ pub fn check_units(flat: &FlatModel, files: &Files) -> UnitReport {
         pass = Pass::new(flat, files, &declared, true);
         faults = pass.run();
     }
-    report.diagnostics.extend(pass.report(&faults));
+    report.diagnostics.extend(pass.report(&faults, is_strict));
     pass.list(&mut report);
     report
 }
@@ -84,6 +94,25 @@ pub(crate) fn fault(row: &Row, solution: &Solution) -> Option<Fit> {
         Fit::Same => None,
         fit => Some(fit),
     }
+}
+
+/// A row at fault.
+struct Found {
+    equation: usize,
+    k: usize,
+    row: u32,
+    fit: Fit,
+    /// It would hold if a number of the text had a unit.
+    is_open: bool,
+}
+
+/// A mistake only if a number of the text has no unit.
+fn open(mut diagnostic: Diagnostic) -> Diagnostic {
+    diagnostic.severity = Severity::Warning;
+    diagnostic.help(
+        "this is a warning because a number in it may stand for a quantity, such as a time constant: give that a name and a unit, as in \
+         `parameter Real tau(unit = \"s\") = 10`; `--strict-units` makes it an error",
+    )
 }
 
 /// What the nodes of a template ask for.
@@ -187,6 +216,15 @@ impl<'a> Pass<'a> {
     }
 
     fn add_case(&mut self, key: &[SlotClass], equation: usize, k: usize) {
+        let number = self.cases.len() as u32;
+        let rows = self.rows_of(key, (equation, k), number, Literals::AsUsual);
+        self.rows.extend(rows);
+        self.cases.insert(key.into(), number);
+        self.first.push((equation as u32, k as u32));
+    }
+
+    /// The rows of equation `k` of a block.
+    fn rows_of(&self, key: &[SlotClass], (equation, k): (usize, usize), number: u32, literals: Literals) -> Vec<Row> {
         let block = block_of(self.flat, equation);
         let rule = if equation < self.flat.equations.len() { Rule::Equation } else { Rule::Claim };
         let template = self.flat.templates.get(block.template);
@@ -195,7 +233,6 @@ impl<'a> Pass<'a> {
             Target::Const(c) => Some(if o.negated() { -self.flat.constants[c] } else { self.flat.constants[c] }),
             _ => None,
         };
-        let number = self.cases.len() as u32;
         let case = Case {
             arena: &self.flat.templates.arena,
             slots: key[1..].iter().map(|&class| self.classes.form(class)).collect(),
@@ -203,26 +240,40 @@ impl<'a> Pass<'a> {
             conversions: self.declared.scaled,
             results: &self.declared.of_result,
             visible: key[0] & 1 == 1,
+            literals,
             number,
         };
-        let before = self.rows.len();
-        infer(&case, &template, (key[0] & 2 == 2, rule), &mut self.rows);
+        let mut rows = Vec::new();
+        infer(&case, &template, (key[0] & 2 == 2, rule), &mut rows);
         if rule == Rule::Claim {
             // What stands inside is part of an equation, and looked at there.
-            let own = self.rows.split_off(before);
-            self.rows.extend(own.into_iter().filter(|row| row.rule == Rule::Claim));
+            rows.retain(|row| row.rule == Rule::Claim);
         }
-        self.cases.insert(key.into(), number);
-        self.first.push((equation as u32, k as u32));
+        rows
+    }
+
+    /// True if a row at fault would hold if numbers of its text had units that are not written.
+    fn holds_with_quantities(&self, key: &[SlotClass], at: (usize, usize), row: &Row) -> bool {
+        let others = self.rows_of(key, at, row.case, Literals::Quantities);
+        let mut others = others.iter().filter(|other| other.nodes == row.nodes && other.rule == row.rule);
+        others.all(|other| fault(other, &self.solution).is_none())
     }
 
     /// Messages for the rows at fault: each text once per pair of units.
-    fn report(&mut self, faults: &FxHashMap<u32, Vec<(u32, Fit)>>) -> Vec<Diagnostic> {
-        let mut found: Vec<(usize, usize, u32, Fit)> = Vec::new();
+    fn report(&mut self, faults: &FxHashMap<u32, Vec<(u32, Fit)>>, is_strict: bool) -> Vec<Diagnostic> {
+        let mut found: Vec<Found> = Vec::new();
         if !faults.is_empty() {
             self.visit(|pass, key, equation, k| {
                 let case = pass.cases.get(key).and_then(|case| faults.get(case));
-                found.extend(case.into_iter().flatten().map(|&(row, fit)| (equation, k, row, fit)));
+                for &(row, fit) in case.into_iter().flatten() {
+                    // A factor between units of one dimension is a mistake, whatever a number means; and what a function gives has a unit.
+                    let span = block_of(pass.flat, equation).origin.span;
+                    let is_open = !is_strict
+                        && fit == Fit::Dimension
+                        && !pass.flat.claims.iter().any(|claim| inside(claim.call, span))
+                        && pass.holds_with_quantities(key, (equation, k), &pass.rows[row as usize]);
+                    found.push(Found { equation, k, row, fit, is_open });
+                }
             });
         }
         self.leave_out_consequences(&mut found);
@@ -237,27 +288,28 @@ impl<'a> Pass<'a> {
         };
         let mut seen: FxHashSet<(Span, String)> = FxHashSet::default();
         let mut diagnostics = Vec::new();
-        for (equation, k, row, fit) in found {
+        for Found { equation, k, row, fit, is_open } in found {
             let origin = &block_of(self.flat, equation).origin;
             let (left, right) = reporter.texts(&self.rows[row as usize]);
             if seen.insert((origin.span, format!("{left} {right}"))) {
-                diagnostics.push(reporter.diagnostic(equation, k, &self.rows[row as usize], fit));
+                let diagnostic = reporter.diagnostic(equation, k, &self.rows[row as usize], fit);
+                diagnostics.push(if is_open { open(diagnostic) } else { diagnostic });
             }
         }
         diagnostics
     }
 
     /// What a call gives cannot fit where something wrong is given to it, or where its own inside is at fault.
-    fn leave_out_consequences(&self, found: &mut Vec<(usize, usize, u32, Fit)>) {
+    fn leave_out_consequences(&self, found: &mut Vec<Found>) {
         let claim = |equation: usize| equation.checked_sub(self.flat.equations.len()).map(|k| &self.flat.claims[k]);
-        let at_fault: Vec<&UnitClaim> = found.iter().filter_map(|&(equation, ..)| claim(equation)).collect();
+        let at_fault: Vec<&UnitClaim> = found.iter().filter_map(|own| claim(own.equation)).collect();
         if at_fault.is_empty() {
             return;
         }
-        found.retain(|&(equation, ..)| match claim(equation) {
+        found.retain(|found| match claim(found.equation) {
             Some(own) => own.given || !at_fault.iter().any(|other| other.given && inside(other.call, own.call)),
             None => {
-                let span = self.flat.equations[equation].origin.span;
+                let span = self.flat.equations[found.equation].origin.span;
                 !at_fault.iter().any(|other| inside(other.call, span))
             }
         });

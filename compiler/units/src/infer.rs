@@ -55,6 +55,15 @@ pub(crate) struct Row {
     pub rule: Rule,
 }
 
+/// What numbers of the text are as factors.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Literals {
+    /// Those that are plain have no unit, others may have any.
+    AsUsual,
+    /// All but 0 and 1 may have any.
+    Quantities,
+}
+
 /// What is needed to go through a template.
 pub(crate) struct Case<'a> {
     /// The nodes.
@@ -67,6 +76,8 @@ pub(crate) struct Case<'a> {
     pub conversions: bool,
     /// Larger integers stand in the text, so that they are not constants with a unit put in by value.
     pub visible: bool,
+    /// What numbers are.
+    pub literals: Literals,
     /// Units of the results of compiled functions.
     pub results: &'a FxHashMap<(BodyId, u32), Unit>,
     /// Number of this case.
@@ -152,7 +163,11 @@ impl Pass<'_, '_> {
 
     fn literal(&self, value: f64) -> Form {
         let hidden = !self.case.visible && value.abs() > SMALL && value.fract() == 0.0;
-        Form::Number { plain: is_plain(value) && !hidden, value: Some(value) }
+        let plain = match self.case.literals {
+            Literals::AsUsual => is_plain(value) && !hidden,
+            Literals::Quantities => value == 0.0 || value.abs() == 1.0,
+        };
+        Form::Number { plain, value: Some(value) }
     }
 
     fn sum(&mut self, a: NodeId, b: NodeId, sign: f64) -> Form {

@@ -118,9 +118,9 @@ pub(crate) fn equation_span(system: &EquationSystem, eq: EqId) -> Span {
     system.flat.equations[system.equations[eq].block as usize].origin.span
 }
 
-/// Where a variable is declared.
+/// Where a variable is declared, or the component of a library that holds it.
 pub(crate) fn variable_span(system: &EquationSystem, v: VarId) -> Span {
-    system.flat.variables[system.flat.locate(v).0].origin.span
+    system.flat.shown_span(system.flat.locate(v).0)
 }
 
 /// Names in backquotes, the first few of them.

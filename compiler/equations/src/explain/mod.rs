@@ -6,6 +6,7 @@ pub(crate) mod floating;
 pub(crate) mod held_conditions;
 pub(crate) mod held_states;
 pub(crate) mod matrix;
+pub(crate) mod own_equations;
 pub(crate) mod prescribed;
 pub(crate) mod print;
 pub(crate) mod print_plan;

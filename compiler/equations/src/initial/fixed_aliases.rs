@@ -154,8 +154,8 @@ fn check_numbers(system: &EquationSystem, all: &[Said]) -> Result<(), Box<Diagno
                  {second}"
             );
             let diagnostic = Diagnostic::error(Code::InitialUnbalanced, message);
-            let diagnostic = diagnostic
-                .help(format!("take `fixed = true` from one of `{one}`, `{two}`, or give both the same start"));
+            let diagnostic =
+                diagnostic.help(format!("remove `fixed = true` from `{one}` or `{two}`, or give both the same start"));
             return Err(Box::new(mark_variables(diagnostic, system, &[other, v])));
         }
     }

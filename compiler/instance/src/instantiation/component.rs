@@ -79,7 +79,11 @@ impl Scopes<'_> {
             self.note_connection_rules(inst, annotation);
         }
         let type_of = self.type_of(type_scope, &declaration.class)?;
-        let mut dims = self.sizes(&declaration.dims, scope, &mods, &declaration.name.name)?;
+        for (k, dim) in declaration.dims.iter().enumerate() {
+            let size = self.size(dim, k, scope, &mods, &declaration.name.name)?;
+            // Those that follow may read it.
+            self.instances.edit(inst).dims.push(size);
+        }
         match type_of {
             // Only classes that extend it have a constructor.
             TypeOf::Scalar(ScalarType::Object) => {
@@ -87,13 +91,12 @@ impl Scopes<'_> {
                 Err(self.error(Code::PartialClass, declaration.class.span, message))
             }
             TypeOf::Scalar(scalar) => {
-                self.instances.edit(inst).dims = dims;
                 self.make_variable(inst, scalar, &mods, declaration.prefixes.is_final);
                 self.check_size(inst)
             }
             TypeOf::Class(local, shape) => {
-                dims.extend(self.alias_sizes(&local, &shape)?);
-                self.instances.edit(inst).dims = dims;
+                let of_type = self.alias_sizes(&local, &shape)?;
+                self.instances.edit(inst).dims.extend(of_type);
                 self.check_size(inst)?;
                 if self.is_made_apart(inst, &local) {
                     return self.make_parts(inst, &local, &shape, &mods, declaration);

@@ -302,10 +302,20 @@ impl Scopes<'_> {
                 }
                 match self.resolve(scope, reference)? {
                     Resolved::Variable(steps) if steps.iter().all(|(_, s)| s.is_empty()) => {
+                        let sizes = |scopes: &Self| -> Vec<usize> {
+                            steps.iter().flat_map(|(inst, _)| scopes.instances[*inst].dims.clone()).collect()
+                        };
+                        // Of a declaration `A[:, size(A, 1)]` the first size is known while the second is asked for.
+                        if let Some(ExprKind::Integer(k)) = arguments.get(1).map(|e| &e.kind)
+                            && let Some(position) = usize::try_from(*k).ok().and_then(|k| k.checked_sub(1))
+                            && let Some(&known) = sizes(self).get(position)
+                        {
+                            return Ok(Value::Integer(known as i64));
+                        }
                         for (inst, _) in &steps {
                             self.want_made(*inst, span)?;
                         }
-                        steps.iter().flat_map(|(i, _)| self.instances[*i].dims.clone()).collect()
+                        sizes(self)
                     }
                     _ => self.evaluate(&arguments[0], scope, env)?.shape(),
                 }
