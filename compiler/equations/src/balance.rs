@@ -14,7 +14,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::algebra::Algebra;
 use crate::explain::faults::{
     counted, explain_parts, is_made, list_names, made_equations, mark_equations, mark_variables, name_components,
-    smallest_over, variable_of, written_text,
+    over_sentence, part_equations, smallest_over, variable_of, written_text,
 };
 use crate::explain::held_states::{held_message, held_states};
 use crate::explain::own_equations::{self, odd_ones};
@@ -90,6 +90,8 @@ fn as_written(system: &EquationSystem) -> Option<Diagnostic> {
 
 /// An element without a derivative is taken for a mistake where at least this many times as many others have one.
 const MANY_TIMES: usize = 3;
+/// So many equations that contradict each other are listed beside the one that is too many.
+const FEW: usize = 4;
 /// Most declarations of inputs that are marked.
 const MOST_MARKED: usize = 8;
 /// Larger models are explained after alias elimination only.
@@ -160,7 +162,12 @@ fn imbalance(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns, ma
         && let Some(odd) = odd_ones(system, pattern, unknowns)
     {
         let said = own_equations::sentence(system, pattern, &odd);
-        return own_equations::mark(Diagnostic::error(code, said).help(message), system, pattern, &odd);
+        let mut said = own_equations::mark(Diagnostic::error(code, said).help(message), system, pattern, &odd);
+        if let Some(part) = smallest_over(&pattern.incidence, matching).filter(|part| part.rows.len() <= FEW) {
+            let equations = part_equations(pattern, &part);
+            said = said.help(over_sentence(system, &by_value, &part, &equations));
+        }
+        return said;
     }
     let diagnostic = match said {
         Some(said) => Diagnostic::error(code, said).help(message),

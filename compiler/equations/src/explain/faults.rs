@@ -67,7 +67,7 @@ pub(crate) fn is_hidden(system: &EquationSystem, target: Target) -> bool {
 }
 
 /// A variable that the translation made.
-fn is_of_translation(system: &EquationSystem, v: VarId) -> bool {
+pub(crate) fn is_of_translation(system: &EquationSystem, v: VarId) -> bool {
     system.flat.variables[system.flat.locate(v).0].made.is_some()
 }
 
@@ -370,7 +370,7 @@ fn component_of(system: &EquationSystem, unknowns: &Unknowns, part: &Part) -> Op
     })
 }
 
-fn part_equations(pattern: &Pattern, part: &Part) -> Vec<EqId> {
+pub(crate) fn part_equations(pattern: &Pattern, part: &Part) -> Vec<EqId> {
     part.rows.iter().map(|row| pattern.rows[row.0 as usize]).collect()
 }
 
@@ -397,7 +397,7 @@ fn in_the_text(system: &EquationSystem, part: &Part, equations: &[EqId]) -> (Str
     (texts, written.len(), part.columns.len().saturating_sub(made))
 }
 
-fn over_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equations: &[EqId]) -> String {
+pub(crate) fn over_sentence(system: &EquationSystem, unknowns: &Unknowns, part: &Part, equations: &[EqId]) -> String {
     let (texts, rows, columns) = in_the_text(system, part, equations);
     match (rows, columns) {
         (1, 0) => format!("{texts} contains no unknown left to determine"),

@@ -8,7 +8,9 @@ use hyd_source::Diagnostic;
 use hyd_symbolic::Node;
 use rustc_hash::FxHashSet;
 
-use crate::explain::faults::{is_made, list_names, mark_equations, mark_variables, variable_of, written_text};
+use crate::explain::faults::{
+    is_made, is_of_translation, list_names, mark_equations, mark_variables, variable_of, written_text,
+};
 use crate::incidence::{Pattern, Unknowns};
 use crate::system::{EqId, EquationSystem};
 
@@ -23,13 +25,20 @@ pub(crate) enum Odd {
     Equations(Vec<EqId>),
 }
 
-/// Who is left over in a model whose other unknowns have one equation each; none where that is not so.
+/// Who is left over of what the model itself declares and says, where its other unknowns have one equation each; none where that is not so. Components are
+/// counted by themselves.
 pub(crate) fn odd_ones(system: &EquationSystem, pattern: &Pattern, unknowns: &Unknowns) -> Option<Odd> {
-    let (rows, columns) = (pattern.rows.len(), unknowns.targets.len());
-    let wanted: FxHashSet<VarId> = unknowns.targets.iter().filter_map(|&target| variable_of(target)).collect();
+    // What the translation made for itself, in pairs, nobody has written.
+    let written: Vec<EqId> = pattern.rows.iter().copied().filter(|&eq| !is_made(system, eq)).collect();
+    let variables = unknowns.targets.iter().filter_map(|&target| variable_of(target));
+    let wanted: FxHashSet<VarId> = variables.filter(|&v| !is_of_translation(system, v)).collect();
+    let (rows, columns) = (written.len(), wanted.len());
+    if rows + unknowns.targets.len() != columns + pattern.rows.len() {
+        return None;
+    }
     let mut owned: FxHashSet<VarId> = FxHashSet::default();
     let mut of_nobody = Vec::new();
-    for &eq in &pattern.rows {
+    for eq in written {
         let is_first = owner(system, eq).filter(|v| wanted.contains(v)).is_some_and(|v| owned.insert(v));
         if !is_first {
             of_nobody.push(eq);
@@ -41,9 +50,14 @@ pub(crate) fn odd_ones(system: &EquationSystem, pattern: &Pattern, unknowns: &Un
     if rows < columns && of_nobody.is_empty() && columns - rows <= MOST {
         let mut left: Vec<VarId> = wanted.into_iter().filter(|v| !owned.contains(v)).collect();
         left.sort_unstable();
-        return Some(Odd::Unknowns(left));
+        let is_own = |v: &VarId| system.flat.variables[system.flat.locate(*v).0].origin.path.is_empty();
+        return left.iter().all(is_own).then_some(Odd::Unknowns(left));
     }
-    let is_all = rows > columns && owned.len() == columns && of_nobody.iter().all(|&eq| !is_made(system, eq));
+    let is_own = |eq: &EqId| {
+        let block = &system.flat.equations[system.equations[*eq].block as usize];
+        block.origin.path.is_empty() && !system.flat.is_connection(block)
+    };
+    let is_all = rows > columns && owned.len() == columns && of_nobody.iter().all(is_own);
     is_all.then_some(Odd::Equations(of_nobody))
 }
 
@@ -115,8 +129,9 @@ pub(crate) fn mark(diagnostic: Diagnostic, system: &EquationSystem, pattern: &Pa
 
 /// The unknown that an equation is for, and the first equation that is for it, too.
 fn twin(system: &EquationSystem, pattern: &Pattern, eq: EqId) -> Option<(VarId, EqId)> {
-    let v = owner(system, eq)?;
-    let first = pattern.rows.iter().copied().find(|&other| other != eq && owner(system, other) == Some(v))?;
+    let v = owner(system, eq).filter(|&v| !is_of_translation(system, v))?;
+    let is_twin = |&other: &EqId| other != eq && !is_made(system, other) && owner(system, other) == Some(v);
+    let first = pattern.rows.iter().copied().find(is_twin)?;
     Some((v, first))
 }
 

@@ -60,17 +60,70 @@ pub(crate) fn prescribed_twice(
         return None;
     }
     let names = list_names(components.iter().cloned());
+    let at_stake = system.flat.potentials.iter().find(|own| many.contains(&own.block) || few.contains(&own.block));
+    let unit = at_stake.and_then(|own| system.flat.variables[own.block].unit.as_deref()).unwrap_or_default();
+    let words = words(unit);
     let (message, help) = match of_potentials {
         true => (
-            format!("{names} together prescribe a potential twice, and nothing determines their flows"),
-            "put a component between two of them that lets the potentials differ, such as a resistance",
+            format!(
+                "{names} together prescribe a {} twice, and nothing determines their {}s",
+                words.potential, words.flow
+            ),
+            format!(
+                "put a component between two of them that lets the {}s differ, such as {}",
+                words.potential, words.between
+            ),
         ),
         false => (
-            format!("{names} together prescribe a flow twice, and nothing determines their potentials"),
-            "connect a component between them that takes up the difference of the flows, such as a resistance or a store",
+            format!(
+                "{names} together prescribe a {} twice, and nothing determines their {}s",
+                words.flow, words.potential
+            ),
+            format!("connect a component that takes up the difference of the {}s, such as {}", words.flow, words.store),
         ),
     };
     Some(marked(Diagnostic::error(Code::Singular, message), system, &components).help(help))
+}
+
+/// What engineers call potentials and flows of a domain, and what stands between them.
+struct Words {
+    potential: &'static str,
+    flow: &'static str,
+    between: &'static str,
+    store: &'static str,
+}
+
+/// The words for potentials of a unit.
+fn words(unit: &str) -> Words {
+    let (potential, flow, between, store) = match unit {
+        "V" => ("voltage", "current", "a resistance", "a resistance or a capacitor"),
+        "m" | "m/s" => (
+            "motion",
+            "force",
+            "a spring; in a loop of rigid joints, one of them with more freedom",
+            "a mass, or a spring to what is fixed",
+        ),
+        "rad" | "rad/s" => (
+            "motion",
+            "torque",
+            "an elastic shaft; in a loop of rigid joints, one of them with more freedom",
+            "an inertia, or a spring to what is fixed",
+        ),
+        "K" | "degC" => (
+            "temperature",
+            "heat flow",
+            "a thermal resistance",
+            "a heat capacity, or replace one of them by a fixed temperature",
+        ),
+        "Pa" | "bar" => (
+            "pressure",
+            "flow",
+            "an orifice or a pipe",
+            "a vessel, or replace one of them by a boundary that fixes the pressure",
+        ),
+        _ => ("potential", "flow", "a resistance", "a resistance or a store"),
+    };
+    Words { potential, flow, between, store }
 }
 
 /// The same where several components connect nodes between which there is no difference of potentials, such as two ideal sensors side by side: what
