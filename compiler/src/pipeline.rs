@@ -119,7 +119,7 @@ fn compile_loops(sources: Texts<'_>, name: &str, text: &str, options: &Options, 
     let own = &result.own_files;
     let is_of_library = |found: &Diagnostic| {
         let place = found.labels.iter().find(|label| label.primary).map(|label| label.span.file);
-        !extras.strict_units && found.code == Code::UnitMismatch && place.is_some_and(|file| !own.contains(&file))
+        !extras.strict_units && place.is_some_and(|file| !own.contains(&file))
     };
     let (of_libraries, of_user): (Vec<Diagnostic>, Vec<Diagnostic>) =
         units.diagnostics.into_iter().partition(is_of_library);
@@ -140,8 +140,8 @@ fn libraries_warned(found: Vec<Diagnostic>) -> Option<Diagnostic> {
     first.proposals.clear();
     first.notes.push(match others {
         0 => "in a library this is a warning; `--strict-units` makes it an error".to_string(),
-        1 => "so it is at 1 more place of libraries; `--strict-units` shows both, as errors".to_string(),
-        _ => format!("so it is at {others} more places of libraries; `--strict-units` shows all, as errors"),
+        1 => "units do not fit at 1 more place of libraries; `--strict-units` shows both, as errors".to_string(),
+        _ => format!("units do not fit at {others} more places of libraries; `--strict-units` shows all, as errors"),
     });
     Some(first)
 }

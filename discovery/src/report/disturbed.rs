@@ -196,8 +196,13 @@ fn timing(scene: &Scene<'_>, sentences: &mut Vec<String>) -> Value {
             Meaning::Lag { channel, .. } => {
                 let name = &problem.data.channels[channel].name;
                 let word = if value < 0.0 { "early" } else { "late" };
+                let beside = match problem.data.channels.len() {
+                    1 if !scene.setup.study.inputs.is_empty() => "the inputs",
+                    1 => "the trigger",
+                    _ => "the other channels",
+                };
                 sentences.push(format!(
-                    "{name} is {:.2e} s {word} beside the other channels: a lag of its measuring chain",
+                    "{name} is {:.2e} s {word} beside {beside}: a lag of its measuring chain",
                     value.abs()
                 ));
                 all.push(json!({"channel": name, "seconds": number(value)}));

@@ -60,9 +60,11 @@ pub(crate) fn prescribed_twice(
         return None;
     }
     let names = list_names(components.iter().cloned());
-    let at_stake = system.flat.potentials.iter().find(|own| many.contains(&own.block) || few.contains(&own.block));
-    let unit = at_stake.and_then(|own| system.flat.variables[own.block].unit.as_deref()).unwrap_or_default();
-    let words = words(unit);
+    // Of connectors with several potentials, such as an orientation beside a position, one with a unit tells the domain.
+    let of_components = |own: &&Potential| components.contains(&component_of(system, own));
+    let at_stake = system.flat.potentials.iter().filter(of_components);
+    let mut units = at_stake.filter_map(|own| system.flat.variables[own.block].unit.as_deref());
+    let words = words(units.find(|unit| !unit.is_empty()).unwrap_or_default());
     let (message, help) = match of_potentials {
         true => (
             format!(

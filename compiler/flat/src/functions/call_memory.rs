@@ -9,7 +9,7 @@ use std::rc::Rc;
 use hyd_instance::{InstId, Scope};
 use hyd_source::Span;
 use hyd_syntax::tree::Name;
-use hyd_typed::Expr;
+use hyd_typed::{Expr, Kind};
 
 use crate::model::UnitClaim;
 use crate::state::context::{Context, Local};
@@ -36,6 +36,8 @@ struct Known {
 /// All that says what a call means.
 struct Place {
     span: Span,
+    /// Places of its arguments: an operator and the conversion of an operand to its record stand at one place.
+    arguments: Vec<Span>,
     scope: Scope,
     depth: usize,
     no_event: bool,
@@ -62,6 +64,7 @@ impl Place {
         });
         Self {
             span: call.span,
+            arguments: arguments(call).map(|argument| argument.span).collect(),
             scope: cx.scope,
             depth: cx.depth,
             no_event: cx.no_event,
@@ -76,8 +79,9 @@ impl Place {
         }
     }
 
-    fn is(&self, span: Span, cx: &Context) -> bool {
-        (self.span, self.scope, self.depth) == (span, cx.scope, cx.depth)
+    fn is(&self, call: &Expr, cx: &Context) -> bool {
+        (self.span, self.scope, self.depth) == (call.span, cx.scope, cx.depth)
+            && arguments(call).map(|argument| argument.span).eq(self.arguments.iter().copied())
             && (self.no_event, self.in_when, self.called_from) == (cx.no_event, cx.in_when, cx.called_from)
             && self.may_add_variables == cx.may_add_variables
             && self.called == cx.called
@@ -89,6 +93,16 @@ impl Place {
                 (before, now) => before.is_none() && now.is_none(),
             })
     }
+}
+
+/// The arguments of a call.
+fn arguments(call: &Expr) -> impl Iterator<Item = &Expr> {
+    let (positional, named) = match &call.kind {
+        Kind::Call(own) => (&own.positional[..], &own.named[..]),
+        Kind::Record(own) => (&own.given[..], &[][..]),
+        _ => (&[][..], &[][..]),
+    };
+    positional.iter().chain(named.iter().map(|(_, value)| value))
 }
 
 impl CallMemory {
@@ -118,11 +132,11 @@ impl Flattener<'_, '_> {
     }
 
     /// The outputs of a call that was made before.
-    pub(crate) fn known_call(&mut self, span: Span, cx: &Context) -> Option<Outputs> {
+    pub(crate) fn known_call(&mut self, call: &Expr, cx: &Context) -> Option<Outputs> {
         if self.slots.calls.is_empty() || !self.may_be_known(cx) {
             return None;
         }
-        let position = self.slots.calls.known.iter().rposition(|known| known.place.is(span, cx))?;
+        let position = self.slots.calls.known.iter().rposition(|known| known.place.is(call, cx))?;
         for k in 0..self.slots.calls.known[position].place.implicit.len() {
             self.note_subscripts_of(self.slots.calls.known[position].place.implicit[k].0);
         }

@@ -20,7 +20,7 @@ const CALL: u32 = 8;
 impl<'s> Flattener<'_, 's> {
     /// All outputs of a call in their order.
     pub(crate) fn call_outputs(&mut self, expr: &Expr, cx: &mut Context) -> Result<Outputs, Fail> {
-        if let Some(outputs) = self.known_call(expr.span, cx) {
+        if let Some(outputs) = self.known_call(expr, cx) {
             return Ok(outputs);
         }
         let outside = std::mem::take(&mut self.asked);
