@@ -272,6 +272,13 @@ mod tests {
     impl Sources for Shelf {
         fn find(&mut self, path: &[Arc<str>]) -> Result<Option<SourceText>, String> {
             let text = "package Shelf
+  model Gain
+    input Real u;
+    Real y = 2*u;
+  end Gain;
+  model Strange
+    Real x(unit = \"debye\") = 1;
+  end Strange;
   model Mixed
     model Part
       Real x(unit = \"m\") = 1;
@@ -287,14 +294,28 @@ end Shelf;
     }
 
     #[test]
+    fn an_inside_of_a_library_is_marked_where_the_user_declares_it() {
+        let options = Options { model: None, set: Vec::new(), goal: Goal::Check, clock: || 0.0 };
+        let made = compile(&mut Shelf, "use.mo", "model Use\n  Shelf.Gain gain;\nend Use;\n", &options);
+        let error = made.diagnostics.iter().find(|found| found.code == Code::Unbalanced).expect("nothing feeds it");
+        let span = error.labels[0].span;
+        assert_eq!((&**made.files.name(span.file), made.files.location(span).line), ("use.mo", 2), "{error:?}");
+        assert_eq!(error.labels.len(), 1, "{error:?}");
+    }
+
+    #[test]
     fn what_a_model_inherits_of_a_library_stands_in_the_library() {
         let options = Options { model: None, set: Vec::new(), goal: Goal::Check, clock: || 0.0 };
         let severity = |text: &str| {
             let made = compile(&mut Shelf, "use.mo", text, &options);
-            let units = made.diagnostics.iter().find(|found| found.code == Code::UnitMismatch);
-            units.map(|found| found.severity)
+            let is_of_units = |found: &&Diagnostic| matches!(found.code, Code::UnitMismatch | Code::UnitSyntax);
+            let mut units = made.diagnostics.iter().filter(is_of_units);
+            units.next().map(|found| found.severity).filter(|_| units.next().is_none())
         };
         assert_eq!(severity("model Use\n  extends Shelf.Mixed;\nend Use;\n"), Some(Severity::Warning));
+        // A unit that nobody can read, too; both together are one message.
+        assert_eq!(severity("model Use\n  Shelf.Strange a;\nend Use;\n"), Some(Severity::Warning));
+        assert_eq!(severity("model Use\n  Shelf.Strange a;\n  Shelf.Mixed b;\nend Use;\n"), Some(Severity::Warning));
         let own = "model Use\n  Real x(unit = \"m\") = 1;\n  Real y(unit = \"s\") = x;\nend Use;\n";
         assert_eq!(severity(own), Some(Severity::Error));
     }

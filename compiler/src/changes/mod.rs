@@ -447,6 +447,18 @@ mod tests {
     }
 
     #[test]
+    fn chance_does_not_end_chattering() {
+        let text = "model M\n  parameter Real a(unit = \"K\") = 1;\n  parameter Real b(unit = \"K\") = 2;\nequation\n  der(x) = a - b;\nend M;\n";
+        let run = Trouble { run: true, ..Trouble::default() };
+        let ranks = |trouble: Trouble| -> Vec<Rank> {
+            let found = ["parameter", "der(x)"].iter().flat_map(|part| texts(text, trouble, part));
+            found.map(|(rank, _)| rank).filter(|rank| matches!(rank, Rank::Numbers | Rank::Sign)).collect()
+        };
+        assert!(!ranks(run).is_empty());
+        assert_eq!(ranks(Trouble { chatters: true, ..run }), []);
+    }
+
+    #[test]
     fn what_an_assertion_says_stays() {
         let text = "model M\nequation\n  assert(x - 1 < 2 + y, \"no\");\nend M;\n";
         let all = Trouble {

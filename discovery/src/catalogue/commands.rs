@@ -125,6 +125,11 @@ fn of_input(
     known: &[Site],
 ) -> Option<Site> {
     let opening = opening((&file.into(), line, &name), (&name, Act::StandsIn), (workshop, text), known)?;
+    // What asks for the past of an input (`change(u)`) may not do so of a variable.
+    if file == workshop.name() {
+        let preamble = opened(text, std::slice::from_ref(&opening))?;
+        Workshop { preamble, ..workshop.clone() }.translate(&[]).ok()?;
+    }
     Some(Site {
         id: COMMAND.into(),
         words: Arc::from(format!("command: {name}")),

@@ -1,7 +1,7 @@
 //! The equation that each unknown has of its own, as people write models: the one that holds its rate, or `x = ...`.
 //!
 //! Where numbers differ, any of many unknowns may be the one that lacks an equation, and any of many equations the one too many. Who writes a
-//! model by hand gives every unknown an equation; an unknown without one was forgotten, and an equation that is no unknown's was added.
+//! model by hand gives every unknown an equation; an unknown without one was forgotten, and an equation that belongs to none was added.
 
 use hyd_flat::{Target, VarId};
 use hyd_source::Diagnostic;
@@ -17,7 +17,7 @@ use crate::system::{EqId, EquationSystem};
 /// Most unknowns or equations that are named: of more, the model is not written in this way.
 const MOST: usize = 3;
 
-/// Unknowns without an equation of their own, or equations that are no unknown's.
+/// Unknowns without an equation of their own, or equations that belong to none.
 pub(crate) enum Odd {
     /// The unknowns, where equations are missing.
     Unknowns(Vec<VarId>),
@@ -107,7 +107,7 @@ pub(crate) fn sentence(system: &EquationSystem, pattern: &Pattern, odd: &Odd) ->
             }
             let texts = list_names(left.iter().map(|&eq| written_text(system, eq)));
             let (is, are) = if left.len() == 1 { ("is", "one equation") } else { ("are", "equations") };
-            format!("{texts} {is} {are} too many: every unknown has another one of its own")
+            format!("{texts} {is} {are} too many: every unknown already has an equation of its own")
         }
     }
 }
