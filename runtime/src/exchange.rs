@@ -22,6 +22,7 @@ use crate::initial::{InitialSystem, Start};
 use crate::loops::judge;
 use crate::output::check_outputs;
 use crate::problem::Problem;
+use crate::undetermined::OpenUnknowns;
 use crate::weights::Weights;
 
 /// Width of the hysteresis, relative to what a relation is made of.
@@ -597,8 +598,12 @@ impl Exchange {
 
     fn within<R>(&mut self, system: &mut dyn DaeSystem, work: impl FnOnce(&mut Self, &mut Problem<'_>) -> R) -> R {
         let mut delays = self.delays.take().unwrap_or_default();
-        let mut problem =
-            Problem { system: Delaying::new(system, &mut delays), statistics: self.statistics, profile: None };
+        let mut problem = Problem {
+            system: Delaying::new(system, &mut delays),
+            statistics: self.statistics,
+            profile: None,
+            open: OpenUnknowns::default(),
+        };
         let result = work(self, &mut problem);
         self.statistics = problem.statistics;
         self.delays = Some(delays);

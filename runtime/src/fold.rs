@@ -209,9 +209,15 @@ mod tests {
             self.at = 3.0 * x[0] * x[0] - 3.0;
             if self.at == 0.0 { Err(FactorError::Singular { row: 0, column: 0 }) } else { Ok(()) }
         }
+        fn factor_deficient(&mut self, _: &[f64]) -> bool {
+            false
+        }
         fn solve(&mut self, b: &mut [f64]) {
             b[0] /= self.at;
             b[1] += 10.0 * b[0];
+        }
+        fn contradiction(&self) -> f64 {
+            0.0
         }
     }
 
@@ -239,8 +245,14 @@ mod tests {
             self.0 = 2.0 * x[0];
             if self.0 == 0.0 { Err(FactorError::Singular { row: 0, column: 0 }) } else { Ok(()) }
         }
+        fn factor_deficient(&mut self, _: &[f64]) -> bool {
+            false
+        }
         fn solve(&mut self, b: &mut [f64]) {
             b[0] /= self.0;
+        }
+        fn contradiction(&self) -> f64 {
+            0.0
         }
     }
 
@@ -255,8 +267,14 @@ mod tests {
         fn factor(&mut self, _x: &[f64]) -> Result<(), FactorError> {
             Ok(())
         }
+        fn factor_deficient(&mut self, _: &[f64]) -> bool {
+            false
+        }
         fn solve(&mut self, b: &mut [f64]) {
             b[0] /= self.0;
+        }
+        fn contradiction(&self) -> f64 {
+            0.0
         }
     }
 

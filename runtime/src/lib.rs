@@ -47,6 +47,7 @@ mod sensitivity;
 mod simulate;
 mod statistics;
 mod tiled;
+mod undetermined;
 mod vanishing;
 mod weights;
 
@@ -68,4 +69,5 @@ pub use options::{OptionError, Options, Solver};
 pub use profile::{Profile, Seconds};
 pub use simulate::{Jump, Onward, Reached, Simulator, Summary, Warning, simulate};
 pub use statistics::Statistics;
+pub use undetermined::Undetermined;
 pub use vanishing::Vanishing;

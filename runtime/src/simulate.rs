@@ -21,6 +21,7 @@ use crate::output::Output;
 use crate::problem::Problem;
 use crate::profile::{Profile, Seconds};
 use crate::sensitivity::{EventSource, Sensitivity};
+use crate::undetermined::{OpenUnknowns, Undetermined};
 use crate::weights::Weights;
 use crate::{Options, Statistics};
 
@@ -97,6 +98,7 @@ pub struct Simulator {
     kept: Option<Box<Sensitivity>>,
     jumps: Vec<Jump>,
     statistics: Statistics,
+    undetermined: Vec<Undetermined>,
     /// The clock of runs that are to say where their time goes, and what the last one says.
     clock: Option<fn() -> f64>,
     profile: Option<Box<Profile>>,
@@ -132,6 +134,7 @@ impl Clone for Simulator {
             kept: None,
             jumps: self.jumps.clone(),
             statistics: self.statistics,
+            undetermined: self.undetermined.clone(),
             clock: self.clock,
             profile: None,
         }
@@ -249,6 +252,7 @@ impl Simulator {
             kept: None,
             jumps: Vec::new(),
             statistics: Statistics::default(),
+            undetermined: Vec::new(),
             clock: None,
             profile: None,
         }
@@ -273,6 +277,11 @@ impl Simulator {
     /// Warnings of the last run, however it ended.
     pub fn warnings(&self) -> &[Warning] {
         &self.output.warnings
+    }
+
+    /// What equations that depend on each other left open in the last run, however it ended.
+    pub fn undetermined(&self) -> &[Undetermined] {
+        &self.undetermined
     }
 
     /// Jumps of the last run, however it ended.
@@ -314,7 +323,7 @@ impl Simulator {
         let sizes = (system.structure().unknowns, system.structure().roots);
         let profile = self.clock.map(|clock| Box::new(Profile::new(clock, sizes.0, sizes.1)));
         let system = Delaying::new(system, &mut delays);
-        let mut problem = Problem { system, statistics: Statistics::default(), profile };
+        let mut problem = Problem { system, statistics: Statistics::default(), profile, open: OpenUnknowns::default() };
         let begun = problem.now();
         self.output.restart(options, self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs()));
         let mut run = Run {
@@ -340,6 +349,7 @@ impl Simulator {
         spend(&mut problem, begun, |seconds| &mut seconds.total);
         self.statistics = problem.statistics;
         self.profile = problem.profile;
+        self.undetermined = problem.open.together();
         self.delays = delays;
         let time = result?;
         let (warnings, phases) = (self.output.warnings.clone(), self.integrator.phases().to_vec());

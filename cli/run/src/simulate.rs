@@ -220,6 +220,11 @@ fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structu
     if let Some(more @ 1..) = simulator.warnings().len().checked_sub(MOST_WARNINGS) {
         list.push(format!("{more} more like these"));
     }
+    let open = simulator.undetermined();
+    list.extend(open.iter().take(MOST_WARNINGS).map(ToString::to_string));
+    if let Some(more @ 1..) = open.len().checked_sub(MOST_WARNINGS) {
+        list.push(format!("{more} more groups of variables are not determined at times"));
+    }
     if matches!(arguments.solver, Solver::Bdf) && !structure.delays.is_empty() {
         let reason = "the model has delays, and kinks of the recorded past shorten the steps of `--solver bdf`";
         list.push(format!("{reason}; `auto` takes the one-step method"));

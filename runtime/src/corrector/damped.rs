@@ -5,6 +5,8 @@
 //! Source: Deuflhard, "Newton Methods for Nonlinear Problems" (Springer 2004), section 3.3, algorithm NLEQ-ERR.
 //! Glossary: `theta` contraction `|e|/|d|`, `mu` the factor at which the model of the path predicts the best decrease.
 //! Corrections are measured in the root mean square of `d_i / max(|x_i|, nominal_i)`.  Does not search for further solutions.
+//! Where the Jacobian has not full rank the smallest correction is taken that fulfils what can be fulfilled, and what is left over must
+//! have vanished with the last one: equations may depend on each other, but not contradict each other.
 
 use crate::linear::FactorError;
 use hyd_system::math;
@@ -21,6 +23,8 @@ const NOISE: f64 = 8.0;
 /// Where the decrease has stopped, corrections of so many tolerances are rounding, too.
 const ABOVE: f64 = 1e3;
 const LEAST_EXACT: f64 = 1e-6;
+/// What equations of less than full rank may leave over, relative to the largest of the unknowns in its size.
+const LEFT_OVER: f64 = 1e-9;
 
 /// A system that the method can solve.
 pub(crate) trait Target {
@@ -28,8 +32,12 @@ pub(crate) trait Target {
     fn residual(&mut self, x: &[f64], out: &mut [f64]) -> bool;
     /// Evaluates and factors the Jacobian at x.
     fn factor(&mut self, x: &[f64]) -> Result<(), FactorError>;
+    /// The same where that has found a Jacobian that is singular, for equations that depend on each other; false if that does not help.
+    fn factor_deficient(&mut self, x: &[f64]) -> bool;
     /// Replaces `b` by the solution of `J x = b` with the last factors.
     fn solve(&mut self, b: &mut [f64]);
+    /// How far equations contradict each other at the last `b`, in the sizes of the unknowns; zero where the Jacobian has full rank.
+    fn contradiction(&self) -> f64;
 }
 
 /// Why the method stopped.
@@ -65,9 +73,9 @@ pub(crate) struct Newton {
     pub(crate) residual: Vec<f64>,
     pub(crate) correction: Vec<f64>,
     pub(crate) nominals: Vec<f64>,
-    trial: Vec<f64>,
-    trial_residual: Vec<f64>,
-    simplified: Vec<f64>,
+    pub(super) trial: Vec<f64>,
+    pub(super) trial_residual: Vec<f64>,
+    pub(super) simplified: Vec<f64>,
 }
 
 impl Newton {
@@ -95,10 +103,7 @@ impl Newton {
         let mut last: Option<(f64, f64)> = None; // (lambda, |d|) of the step before
         let mut before = f64::INFINITY;
         for step in 0..MOST_STEPS {
-            target.factor(&self.x).map_err(|error| match error {
-                FactorError::Singular { row, column } => NewtonFailure::Singular { row, column },
-                FactorError::NotFinite { row, column } => NewtonFailure::SlopeNotFinite { row, column },
-            })?;
+            let lacking = self.factor(target)?;
             negate_into(&self.residual, &mut self.correction);
             target.solve(&mut self.correction);
             let size = self.norm(&self.correction);
@@ -110,24 +115,44 @@ impl Newton {
             before = size;
             if size <= tolerance {
                 add(&mut self.x, &self.correction);
-                return Ok(());
+                return self.judge(target, lacking);
             }
             if idle && (size <= ABOVE * tolerance || self.at_rounding(target, size)) {
                 add(&mut self.x, &self.correction);
-                return Ok(());
+                return self.judge(target, lacking);
             }
             let predicted = last.map_or(1.0, |(lambda, old_size)| self.predict(lambda, old_size, size));
             match self.damp(target, predicted, size, tolerance) {
-                Damped::Solved => return Ok(()),
+                Damped::Solved => return self.judge(target, lacking),
                 Damped::Accepted(lambda) => last = Some((lambda, size)),
                 // Rounding stops the decrease just above the tolerance.
-                Damped::Stuck if size <= ABOVE * tolerance => return Ok(()),
-                Damped::Stuck if self.at_rounding(target, size) => return Ok(()),
-                Damped::Stuck => return Err(NewtonFailure::NoConvergence { steps: step + 1 }),
+                Damped::Stuck if size <= ABOVE * tolerance => return self.judge(target, lacking),
+                Damped::Stuck if self.at_rounding(target, size) => return self.judge(target, lacking),
+                Damped::Stuck => return Err(lacking.unwrap_or(NewtonFailure::NoConvergence { steps: step + 1 })),
                 Damped::NotFinite => return Err(NewtonFailure::NotFinite),
             }
         }
         Err(NewtonFailure::NoConvergence { steps: MOST_STEPS })
+    }
+
+    /// Factors the Jacobian at the current point; what is to be said of its rank, if it is not full.
+    fn factor(&mut self, target: &mut dyn Target) -> Result<Option<NewtonFailure>, NewtonFailure> {
+        match target.factor(&self.x) {
+            Ok(()) => Ok(None),
+            Err(FactorError::NotFinite { row, column }) => Err(NewtonFailure::SlopeNotFinite { row, column }),
+            Err(FactorError::Singular { row, column }) => {
+                let lacking = NewtonFailure::Singular { row, column };
+                if target.factor_deficient(&self.x) { Ok(Some(lacking)) } else { Err(lacking) }
+            }
+        }
+    }
+
+    /// A solution, unless equations that depend on each other contradict each other at it.
+    fn judge(&self, target: &dyn Target, lacking: Option<NewtonFailure>) -> Result<(), NewtonFailure> {
+        let Some(lacking) = lacking else { return Ok(()) };
+        let sizes = self.x.iter().zip(&self.nominals).map(|(x, nominal)| x.abs() / nominal);
+        let largest = sizes.fold(1.0, f64::max);
+        if target.contradiction() <= LEFT_OVER * largest { Ok(()) } else { Err(lacking) }
     }
 
     /// True if no iteration can do better: a rounding of each unknown changes the correction as much as the correction is large.  Unknowns of
@@ -217,7 +242,7 @@ impl Newton {
         if finite { Damped::Stuck } else { Damped::NotFinite }
     }
 
-    fn norm(&self, v: &[f64]) -> f64 {
+    pub(super) fn norm(&self, v: &[f64]) -> f64 {
         self.norm_of(|k| v[k])
     }
 
@@ -264,8 +289,14 @@ mod tests {
             self.1 = self.0(x[0]).1;
             if self.1 == 0.0 { Err(FactorError::Singular { row: 0, column: 0 }) } else { Ok(()) }
         }
+        fn factor_deficient(&mut self, _: &[f64]) -> bool {
+            false
+        }
         fn solve(&mut self, b: &mut [f64]) {
             b[0] /= self.1;
+        }
+        fn contradiction(&self) -> f64 {
+            0.0
         }
     }
 
@@ -310,7 +341,13 @@ mod tests {
         fn factor(&mut self, _: &[f64]) -> Result<(), FactorError> {
             Ok(())
         }
+        fn factor_deficient(&mut self, _: &[f64]) -> bool {
+            false
+        }
         fn solve(&mut self, _: &mut [f64]) {}
+        fn contradiction(&self) -> f64 {
+            0.0
+        }
     }
 
     #[test]

@@ -74,6 +74,8 @@ pub(crate) struct Corrector {
     /// `rho/(1-rho)`.
     rate: f64,
     have_matrix: bool,
+    /// Row and column without a pivot, where the matrix has not full rank.
+    lacking: (usize, usize),
 }
 
 impl Corrector {
@@ -92,6 +94,7 @@ impl Corrector {
             last_leading: 0.0,
             rate: RATE_AFTER_CHANGE,
             have_matrix: false,
+            lacking: (0, 0),
         }
     }
 
@@ -126,6 +129,11 @@ impl Corrector {
                 }
             }
             match self.iterate(problem, at, weights) {
+                (Correction::Converged, _) if self.matrix.is_deficient() => match self.judge(problem, at, weights) {
+                    Ok(()) => return Correction::Converged,
+                    Err(singular) if renew => return singular,
+                    Err(_) => renew = true,
+                },
                 (Correction::Converged, _) => return Correction::Converged,
                 // A residual that is not finite makes the first change so, whatever the matrix.
                 (Correction::NotFinite, 0) if !self.residual.is_finite() => {
@@ -155,7 +163,12 @@ impl Corrector {
         self.have_matrix = false;
         if let Err(error) = self.matrix.factor(at.leading) {
             match error {
-                FactorError::Singular { row, column } => return Err(Correction::Singular { row, column }),
+                FactorError::Singular { row, column } => {
+                    self.lacking = (row, column);
+                    if !self.matrix.factor_deficient(at.leading, problem.open.ranks()) {
+                        return Err(Correction::Singular { row, column });
+                    }
+                }
                 FactorError::NotFinite { row, column } => {
                     self.factor_beside(problem, at, weights).map_err(|()| Correction::SlopeNotFinite { row, column })?
                 }
@@ -164,6 +177,17 @@ impl Corrector {
         self.have_matrix = true;
         self.factored_leading = at.leading;
         self.rate = RATE_AFTER_RENEWAL;
+        Ok(())
+    }
+
+    /// Equations that depend on each other must not contradict each other at what has been found; notes what they leave open.
+    #[cold]
+    fn judge(&self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Result<(), Correction> {
+        if self.matrix.contradiction() > EPSILON * weights.allowance(&self.y) {
+            let (row, column) = self.lacking;
+            return Err(Correction::Singular { row, column });
+        }
+        problem.note_open(at.t, None, self.matrix.undetermined());
         Ok(())
     }
 

@@ -28,8 +28,16 @@ impl Target for Relaxed<'_, '_> {
         self.target.factor(x)
     }
 
+    fn factor_deficient(&mut self, x: &[f64]) -> bool {
+        self.target.factor_deficient(x)
+    }
+
     fn solve(&mut self, b: &mut [f64]) {
         self.target.solve(b);
+    }
+
+    fn contradiction(&self) -> f64 {
+        self.target.contradiction()
     }
 }
 

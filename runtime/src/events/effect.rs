@@ -18,6 +18,21 @@ const ROUNDING: f64 = 1e-9;
 /// Both sides of a relation are equal within the tolerance where their difference is less than so much of it.
 const EQUAL: f64 = 0.5;
 
+/// A value below this part of its size is zero but for rounding.
+const NOTHING: f64 = 1e-20;
+
+/// Makes those unknowns and rates zero that are so but for rounding: a speed of 1e-31 has no sign that a relation could go by, and with each
+/// solution another one.  Rates are measured by the sizes of their unknowns in a second.
+pub(crate) fn zero_what_is_rounding(weights: &Weights, y: &mut [f64], yp: &mut [f64]) {
+    for values in [y, yp] {
+        for (value, nominal) in values.iter_mut().zip(weights.nominals.iter()) {
+            if value.abs() < NOTHING * nominal {
+                *value = 0.0;
+            }
+        }
+    }
+}
+
 /// What there was before an event or a pass of it.
 pub(crate) struct Before {
     discrete: Vec<f64>,

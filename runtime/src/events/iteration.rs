@@ -7,7 +7,7 @@
 use hyd_system::{EventChange, EventPhase};
 
 use super::cycle::Cycle;
-use super::effect::Before;
+use super::effect::{Before, zero_what_is_rounding};
 use super::held_changes;
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
@@ -98,6 +98,9 @@ pub(crate) fn settle(
             && !together
         {
             return Err(SolveError::inconsistent(Stage::Event, t, fault, consistency.last_attempt(), problem));
+        }
+        if pass >= MANY_PASSES && !change.reinitialised {
+            zero_what_is_rounding(weights, y, yp);
         }
         judge(problem, (Stage::Event, t), (y, yp))?;
         if let Some(sensitivity) = sensitivity.as_deref_mut() {

@@ -36,7 +36,7 @@ const NOISE: f64 = 1e-14;
 /// Rounding is at most this part of the largest value that a root function has had: where its events have no effect, and where they have
 /// a slight one.
 const ROUNDING: f64 = 1e-9;
-const FINE_ROUNDING: f64 = 1e-11;
+const FINE_ROUNDING: f64 = 1e-9;
 /// A root function that has never been larger may have been nothing but rounding all the time.
 const SMALL: f64 = 1e-4;
 /// Relations that turn back within this many final brackets after an event belong to the same instant.

@@ -10,6 +10,7 @@ use hyd_system::math::square;
 use hyd_system::{DaeSystem, StateChoice, Structure};
 
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
+use crate::corrector::kinks::{Passed, pass_pieces};
 use crate::corrector::relaxed::lead_back;
 use crate::fold;
 use crate::linear::{FactorError, IterationMatrix};
@@ -74,6 +75,19 @@ impl Core {
         self.matrix.factor_consistent(&self.differential)
     }
 
+    /// The same for corrections of values that are nearly consistent, of equations that may depend on each other; false if there are none.
+    fn factor_for_corrections(&mut self, problem: &mut Problem<'_>, t: f64) -> bool {
+        match self.factor(problem, t) {
+            Ok(()) => true,
+            Err(FactorError::Singular { .. }) => self.factor_deficient(problem),
+            Err(FactorError::NotFinite { .. }) => false,
+        }
+    }
+
+    fn factor_deficient(&mut self, problem: &Problem<'_>) -> bool {
+        self.matrix.factor_consistent_deficient(&self.differential, problem.open.ranks())
+    }
+
     /// The unknowns of the problem from `x`.
     fn scatter(&mut self, x: &[f64]) {
         for (k, &value) in x.iter().enumerate() {
@@ -114,8 +128,16 @@ impl Target for View<'_, '_> {
         self.core.factor(self.problem, self.t)
     }
 
+    fn factor_deficient(&mut self, _: &[f64]) -> bool {
+        self.core.factor_deficient(self.problem)
+    }
+
     fn solve(&mut self, b: &mut [f64]) {
         self.core.matrix.solve(b);
+    }
+
+    fn contradiction(&self) -> f64 {
+        self.core.matrix.contradiction()
     }
 }
 
@@ -159,6 +181,24 @@ impl Consistency {
     pub(crate) fn read_states(&mut self, problem: &mut Problem<'_>) {
         problem.system.states(&mut self.core.differential);
         self.have_matrix = false;
+    }
+
+    /// Behind the last solution: notes what its equations leave open, and finds which of these unknowns are moved before others
+    /// ([`crate::undetermined`]).
+    pub(crate) fn rank_open(&self, problem: &mut Problem<'_>, t: f64, weights: &Weights, y: &[f64], yp: &[f64]) {
+        if !self.core.matrix.is_deficient() {
+            return problem.open.set_ranks(Vec::new());
+        }
+        problem.note_open(t, Some(&self.core.differential), self.core.matrix.undetermined());
+        let algebraic = self.core.matrix.undetermined().filter(|&k| !self.core.differential[k]);
+        let open: Vec<usize> = algebraic.collect();
+        let mut moved = y.to_vec();
+        let ranks = problem.watched(&open, &weights.nominals, y, |problem, k, value, roots| {
+            moved[k] = value;
+            problem.system.roots(t, &moved, yp, roots);
+            moved[k] = y[k];
+        });
+        problem.open.set_ranks(ranks);
     }
 
     /// Which unknowns are states.
@@ -205,8 +245,14 @@ impl Consistency {
         let mut view = View { core: &mut self.core, problem, t, switching };
         let mut found = self.newton.solve(&mut view, TOLERANCE);
         if let Err(NewtonFailure::NoConvergence { .. }) = found
-            && !switching
+            && switching
         {
+            self.load(time_scale, weights, y, yp);
+            let mut view = View { core: &mut self.core, problem, t, switching };
+            if pass_pieces(&mut self.newton, &mut view, TOLERANCE) != Passed::No {
+                found = self.newton.solve(&mut view, TOLERANCE);
+            }
+        } else if let Err(NewtonFailure::NoConvergence { .. }) = found {
             let failed = self.newton.clone();
             self.load(time_scale, weights, y, yp);
             let first = self.newton.x.clone();
@@ -246,11 +292,15 @@ impl Consistency {
         self.load(time_scale, weights, y, yp);
         let mut x = self.newton.x.clone();
         let mut view = View { core: &mut self.core, problem, t, switching: false };
-        if !fold::follow(&mut view, &mut x, &self.newton.nominals) {
-            return false;
-        }
-        self.newton.x.copy_from_slice(&x);
-        if self.newton.solve(&mut view, TOLERANCE).is_err() {
+        // Where the equations have kinks, a corner takes the place of the fold.
+        let found = match fold::follow(&mut view, &mut x, &self.newton.nominals) {
+            true => {
+                self.newton.x.copy_from_slice(&x);
+                true
+            }
+            false => pass_pieces(&mut self.newton, &mut view, TOLERANCE) == Passed::TurnedBack,
+        };
+        if !found || self.newton.solve(&mut view, TOLERANCE).is_err() {
             return false;
         }
         self.core.scatter(&self.newton.x);
@@ -429,7 +479,7 @@ impl Consistency {
             self.core.yp.copy_from_slice(yp);
             let fresh = !self.have_matrix;
             if fresh {
-                self.have_matrix = self.core.factor(problem, t).is_ok();
+                self.have_matrix = self.core.factor_for_corrections(problem, t);
                 if !self.have_matrix {
                     return false;
                 }
@@ -461,6 +511,9 @@ impl Consistency {
                 return false;
             }
             core.matrix.solve(&mut self.residual);
+            if core.matrix.is_deficient() && core.matrix.contradiction() > limit * weights.allowance(&core.y) {
+                return false;
+            }
             let mut sum = 0.0;
             for (k, &d) in self.residual.iter().enumerate() {
                 let scaled = if core.differential[k] {

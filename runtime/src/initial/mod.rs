@@ -16,7 +16,7 @@ use hyd_system::{EventPhase, Pattern, Structure};
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
 use crate::error::{SolveError, Stage, StartAdvice};
 use crate::events::cycle::Cycle;
-use crate::events::effect::Before;
+use crate::events::effect::{Before, zero_what_is_rounding};
 use crate::events::held_changes;
 use crate::linear::{FactorError, LinearSolver};
 use crate::loops::{judge, judge_initial};
@@ -43,6 +43,8 @@ const MOST_DECISIONS: usize = MOST_PASSES;
 pub(crate) struct InitialSystem {
     core: Core,
     newton: Newton,
+    /// Where the first search for a solution began: the start values.
+    given: Vec<f64>,
     /// How initial values were found where the start values did not lead to them.
     rescued: Option<Rescue>,
 }
@@ -52,6 +54,8 @@ struct Core {
     pattern: Pattern,
     solver: LinearSolver,
     values: Vec<f64>,
+    /// Which unknowns are moved before others where equations leave them open.
+    ranks: Vec<u8>,
 }
 
 struct View<'a, 'b> {
@@ -75,8 +79,17 @@ impl Target for View<'_, '_> {
         self.core.solver.factor(&mut self.core.values)
     }
 
+    fn factor_deficient(&mut self, x: &[f64]) -> bool {
+        self.problem.system.initial_jacobian(self.t, x, &mut self.core.values).is_ok()
+            && self.core.solver.factor_deficient(&self.core.values, &self.core.ranks)
+    }
+
     fn solve(&mut self, b: &mut [f64]) {
         self.core.solver.solve(b);
+    }
+
+    fn contradiction(&self) -> f64 {
+        self.core.solver.contradiction()
     }
 }
 
@@ -99,12 +112,18 @@ impl InitialSystem {
         let solver = LinearSolver::new(&pattern);
         let values = vec![0.0; pattern.entries()];
         let newton = Newton::new(structure.initial.unknowns);
-        Self { core: Core { pattern, solver, values }, newton, rescued: None }
+        let core = Core { pattern, solver, values, ranks: Vec::new() };
+        Self { core, newton, given: Vec::new(), rescued: None }
     }
 
     /// How the last start found its values, if its start values did not lead to them.
     pub(crate) fn rescued(&self) -> Option<&Rescue> {
         self.rescued.as_ref()
+    }
+
+    /// Notes what the equations of the last start leave open.
+    pub(crate) fn note_open(&self, problem: &mut Problem<'_>, t: f64) {
+        problem.note_open_at_start(t, self.core.solver.undetermined());
     }
 
     /// Finds the values at the start.  The system must be bound.  Returns the message of `terminate`, if it was called.
@@ -141,6 +160,9 @@ impl InitialSystem {
                     start.consistency.last_attempt(),
                     problem,
                 ));
+            }
+            if pass >= MANY_PASSES {
+                zero_what_is_rounding(start.weights, y, yp);
             }
             judge(problem, (Stage::Start, t), (y, yp))?;
             if let Some(sensitivity) = start.sensitivity.as_deref_mut() {
@@ -186,8 +208,15 @@ impl InitialSystem {
         (y, yp): (&mut [f64], &mut [f64]),
     ) -> Result<(), SolveError> {
         let guess = self.newton.x.clone();
+        if first {
+            self.given.clone_from(&guess);
+            self.core.ranks.clear();
+        }
         let mut decisions = if first { MOST_DECISIONS } else { 0 };
         let mut solved = self.solve(problem, t);
+        if solved.is_ok() && self.core.solver.is_deficient() {
+            self.solve_from_given(problem, t, (y, yp));
+        }
         if solved.is_err() && first && self.decide_at(problem, t, guess.clone(), (y, yp)) {
             solved = self.solve(problem, t);
         }
@@ -203,6 +232,27 @@ impl InitialSystem {
             }
             decisions -= 1;
             solved = self.solve(problem, t);
+        }
+    }
+
+    /// What the equations leave open is to be near the start values, not near the solution of an earlier pass with other relations; and what
+    /// relations watch nearer than what else could make up for it.
+    fn solve_from_given(&mut self, problem: &mut Problem<'_>, t: f64, (y, yp): (&mut [f64], &mut [f64])) {
+        let found = self.newton.clone();
+        let open: Vec<usize> = self.core.solver.undetermined().collect();
+        let mut moved = found.x.clone();
+        self.core.ranks = problem.watched(&open, &found.nominals, &found.x, |problem, k, value, roots| {
+            moved[k] = value;
+            // It writes all values before it says which one is missing.
+            let _ = problem.system.initial_store(t, &moved, y, yp);
+            problem.system.roots(t, y, yp, roots);
+            moved[k] = found.x[k];
+        });
+        self.newton.x.copy_from_slice(&self.given);
+        if self.solve(problem, t).is_err() {
+            // The factors are wanted that belong to the solution.
+            self.newton = found;
+            let _ = self.solve(problem, t);
         }
     }
 

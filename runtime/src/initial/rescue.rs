@@ -2,7 +2,8 @@
 //!
 //! In this order: start values of zero moved away from it, since many laws are vertical or flat there; the equations relaxed to what the
 //! start values fulfil and led back, `G(x) = (1 - s) G(x0)` for `s` from 0 to 1 (Newton homotopy: Allgower, Georg 2003,
-//! *Introduction to Numerical Continuation Methods*, chapter 2); starts scattered around those given, further out each time.  What is
+//! *Introduction to Numerical Continuation Methods*, chapter 2); the way through the pieces of equations that have kinks
+//! ([`crate::corrector::kinks`]); starts scattered around those given, further out each time.  What is
 //! found solves the equations as given, but may be another solution than the one that was meant, so a warning says so, with the
 //! fewest start values found that lead there.
 
@@ -11,6 +12,7 @@ use std::fmt;
 use hyd_system::significant;
 
 use super::{InitialSystem, TOLERANCE, View};
+use crate::corrector::kinks::{Passed, pass_pieces};
 use crate::corrector::relaxed::lead_back;
 use crate::problem::Problem;
 
@@ -38,6 +40,8 @@ pub enum RescueStage {
     AwayFromZero,
     /// From equations that the start values fulfil, led back to those given.
     Relaxed,
+    /// Piece by piece, in equations with kinks.
+    Pieces,
     /// From starts scattered around those given.
     Scattered,
 }
@@ -69,6 +73,7 @@ impl fmt::Display for RescueStage {
         f.write_str(match self {
             RescueStage::AwayFromZero => "with start values of zero moved away from it",
             RescueStage::Relaxed => "by way of relaxed equations",
+            RescueStage::Pieces => "piece by piece, in equations that have kinks",
             RescueStage::Scattered => "from other start values",
         })
     }
@@ -121,6 +126,10 @@ impl InitialSystem {
             tried += 1;
             found = self.lead_back(problem, t, guess).then_some(RescueStage::Relaxed);
         }
+        if found.is_none() {
+            tried += 1;
+            found = self.pass_pieces(problem, t, guess).then_some(RescueStage::Pieces);
+        }
         let starts = DISTANCES.iter().flat_map(|&distance| (1..=STARTS_EACH).map(move |seed| (distance, seed)));
         for (number, (distance, seed)) in starts.enumerate() {
             if found.is_some() || problem.statistics.factorisations - spent > MOST_FACTORISATIONS {
@@ -148,6 +157,14 @@ impl InitialSystem {
         self.newton.x.copy_from_slice(from);
         self.newton.solve(&mut View { core: &mut self.core, problem, t }, TOLERANCE).is_ok()
             && self.newton.x.iter().all(|x| x.is_finite())
+    }
+
+    /// Through the pieces from there.
+    fn pass_pieces(&mut self, problem: &mut Problem<'_>, t: f64, guess: &[f64]) -> bool {
+        self.newton.x.copy_from_slice(guess);
+        let mut view = View { core: &mut self.core, problem, t };
+        pass_pieces(&mut self.newton, &mut view, TOLERANCE) != Passed::No
+            && self.newton.solve(&mut view, TOLERANCE).is_ok()
     }
 
     /// From the equations that the guess fulfils back to those given.

@@ -86,6 +86,35 @@ impl IterationMatrix {
         self.solver.factor(&mut self.values)
     }
 
+    /// As [`Self::factor`] for a matrix that it has found singular, see [`LinearSolver::factor_deficient`].
+    pub(crate) fn factor_deficient(&mut self, c: f64, ranks: &[u8]) -> bool {
+        self.merged.combine(&self.state, &self.rate, c, &mut self.values);
+        self.solver.factor_deficient(&self.values, ranks)
+    }
+
+    /// As [`Self::factor_consistent`] for a matrix that it has found singular, see [`LinearSolver::factor_deficient`].
+    pub(crate) fn factor_consistent_deficient(&mut self, differential: &[bool], ranks: &[u8]) -> bool {
+        let parts = (&self.state_pattern, &self.rate_pattern);
+        self.merged.select(parts, &self.state, &self.rate, differential, &mut self.values);
+        self.solver.factor_deficient(&self.values, ranks)
+    }
+
+    /// See [`LinearSolver::is_deficient`].
+    #[inline(always)]
+    pub(crate) fn is_deficient(&self) -> bool {
+        self.solver.is_deficient()
+    }
+
+    /// See [`LinearSolver::contradiction`].
+    pub(crate) fn contradiction(&self) -> f64 {
+        self.solver.contradiction()
+    }
+
+    /// See [`LinearSolver::undetermined`].
+    pub(crate) fn undetermined(&self) -> impl Iterator<Item = usize> + '_ {
+        self.solver.undetermined()
+    }
+
     /// Replaces `b` by the solution, see [`LinearSolver::solve`].
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
         self.solver.solve(b);

@@ -3,10 +3,12 @@
 //! `A` has a fixed pattern and changing values.  Rows are scaled by their largest entry and columns by the nominal values of
 //! the unknowns before factoring, because SI magnitudes differ by many decades and pivots are chosen by size.  Small
 //! systems are eliminated along a list of operations ([`small`]), the smallest inverted for corrections ([`inverse`]); what fills up is
-//! eliminated dense ([`dense`]), others sparse ([`sparse`]).  Nothing is allocated after the first matrices, except when the pivot order of a
+//! eliminated dense ([`dense`]), others sparse ([`sparse`]).  Equations that depend on each other are solved all the same where they
+//! do not contradict each other ([`deficient`]), if that is asked for.  Nothing is allocated after the first matrices, except when the pivot order of a
 //! sparse one has to change.  Source of the scaling rule: Golub, Van Loan, "Matrix
 //! Computations", section 3.5.2.
 
+mod deficient;
 mod dense;
 mod factor;
 mod inverse;
@@ -25,6 +27,7 @@ pub(crate) use factor::{FactorError, subtract};
 pub(crate) use iteration_matrix::IterationMatrix;
 
 use crate::tiled::{Tile, Tiled};
+use deficient::Deficient;
 use dense::Dense;
 use factor::idle_column;
 use small::Small;
@@ -50,6 +53,8 @@ pub(crate) struct LinearSolver {
     row_scale: Vec<f64>,
     column_scale: Vec<f64>,
     kernel: Kernel,
+    /// In use from [`Self::factor_deficient`] to the next factorisation.
+    deficient: Option<Box<Deficient>>,
 }
 
 impl LinearSolver {
@@ -61,13 +66,14 @@ impl LinearSolver {
         } else {
             Kernel::Sparse(Box::new(Sparse::new(pattern)))
         };
-        Self { pattern: pattern.clone(), row_scale: vec![1.0; n], column_scale: vec![1.0; n], kernel }
+        Self { pattern: pattern.clone(), row_scale: vec![1.0; n], column_scale: vec![1.0; n], kernel, deficient: None }
     }
 
     /// Begins anew with unknowns of these sizes (n values > 0), before a run and before each initial system.  Pivots
     /// that were chosen before are forgotten, so that a run gives the same bits whatever was solved before it.
     pub(crate) fn begin(&mut self, nominals: &[f64]) {
         self.column_scale.copy_from_slice(nominals);
+        self.deficient = None;
         match &mut self.kernel {
             Kernel::Small(small) => small.forget(),
             Kernel::Sparse(sparse) => sparse.forget(),
@@ -77,6 +83,7 @@ impl LinearSolver {
 
     /// Factors the matrix with these values on the pattern; `values` are scaled in place.
     pub(crate) fn factor(&mut self, values: &mut [f64]) -> Result<(), FactorError> {
+        self.deficient = None;
         if let Kernel::Small(small) = &mut self.kernel {
             let factored = small.factor(&self.pattern, values, &self.column_scale);
             if !small.is_full() {
@@ -92,8 +99,35 @@ impl LinearSolver {
         }
     }
 
+    /// Factors a matrix that [`Self::factor`] has found singular, so that solutions are the smallest ones of equations that may depend on
+    /// each other; false if that does not help.  Whether they contradict each other is known behind each solution
+    /// ([`Self::contradiction`]).  `ranks`: which unknowns are moved before others ([`Deficient::new`]).
+    pub(crate) fn factor_deficient(&mut self, values: &[f64], ranks: &[u8]) -> bool {
+        self.deficient = Deficient::new(&self.pattern, values, &self.column_scale, ranks).map(Box::new);
+        self.deficient.is_some()
+    }
+
+    /// True if the last factorisation is that of [`Self::factor_deficient`].
+    #[inline(always)]
+    pub(crate) fn is_deficient(&self) -> bool {
+        self.deficient.is_some()
+    }
+
+    /// How far equations contradict each other at the last right-hand side, in the sizes of the unknowns; zero with full rank.
+    pub(crate) fn contradiction(&self) -> f64 {
+        self.deficient.as_ref().map_or(0.0, |deficient| deficient.contradiction())
+    }
+
+    /// The unknowns that the last matrix does not determine.
+    pub(crate) fn undetermined(&self) -> impl Iterator<Item = usize> + '_ {
+        self.deficient.iter().flat_map(|deficient| deficient.undetermined())
+    }
+
     /// Replaces `b` by the solution of `A x = b`.
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
+        if let Some(deficient) = &mut self.deficient {
+            return deficient.solve(b);
+        }
         if let Kernel::Small(small) = &mut self.kernel {
             return small.solve(b);
         }
@@ -114,6 +148,7 @@ impl LinearSolver {
     #[inline(always)]
     pub(crate) fn correct(&mut self, b: &Tiled, x: &mut Tiled) {
         if let Kernel::Small(small) = &mut self.kernel
+            && self.deficient.is_none()
             && small.correct(b, x.tiles_mut())
         {
             return;
@@ -125,6 +160,9 @@ impl LinearSolver {
 
     /// Replaces each of several right-hand sides by its solution; `b` has `count` tiles per unknown.
     pub(crate) fn solve_tiles(&mut self, b: &mut Vec<Tile>, count: usize) {
+        if let Some(deficient) = &mut self.deficient {
+            return deficient.solve_tiles(b, count);
+        }
         if let Kernel::Small(small) = &mut self.kernel {
             return small.solve_tiles(b, count);
         }

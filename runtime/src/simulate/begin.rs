@@ -45,6 +45,7 @@ impl Simulator {
         let mut start = Start { t, time_scale, weights, rescue, consistency, sensitivity };
         let Point { y, yp } = &mut self.point;
         run.terminated = self.initial.start(run.problem, &mut start, y, yp)?;
+        self.initial.note_open(run.problem, t);
         // What `initial()` kept from firing, such as the first sample at the start, happens now.
         let at = Instant { first: EventPhase::Started, t, time_scale, span: run.span() };
         let sensitivity = self.sensitivity.as_deref_mut();
@@ -84,6 +85,7 @@ impl Simulator {
     /// inputs have jumped.
     pub(super) fn restart(&mut self, run: &mut Run<'_, '_>, t: f64, by_inputs: bool) {
         run.problem.system.begin_segment(t, &self.point.y, &self.point.yp);
+        self.consistency.rank_open(run.problem, t, &self.weights, &self.point.y, &self.point.yp);
         run.settled(t);
         if t >= run.options.stop {
             return;

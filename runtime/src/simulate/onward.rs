@@ -17,6 +17,7 @@ use crate::events::iteration::{Instant, settle};
 use crate::loops::judge;
 use crate::output::check_outputs;
 use crate::problem::Problem;
+use crate::undetermined::OpenUnknowns;
 use crate::{Options, Statistics, Warning};
 
 /// How far a run has come.
@@ -277,7 +278,12 @@ impl Onward {
     ) -> R {
         let mut delays = std::mem::take(&mut self.simulator.delays);
         let statistics = self.simulator.statistics;
-        let mut problem = Problem { system: Delaying::new(system, &mut delays), statistics, profile: None };
+        let mut problem = Problem {
+            system: Delaying::new(system, &mut delays),
+            statistics,
+            profile: None,
+            open: OpenUnknowns::default(),
+        };
         let progress = std::mem::take(&mut self.progress);
         let mut run = Run {
             problem: &mut problem,

@@ -23,6 +23,7 @@ mod foreign_units;
 mod formatting;
 mod frames;
 mod guides;
+mod hard_equations;
 mod inputs;
 mod library_page;
 mod library_page_parts;

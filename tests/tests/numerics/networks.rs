@@ -7,7 +7,7 @@
 use hyd::LibraryPath;
 use hyd_compiler::{Compilation, Goal, Options, compile, compile_whole_loops};
 use hyd_results::{Side, Trajectory};
-use hyd_runtime::{Cause, SolveError, simulate};
+use hyd_runtime::{SolveError, simulate};
 use hyd_system::DaeSystem;
 use hyd_tests::models::{messages, text_of};
 use hyd_tests::runs::{instance, on_grid};
@@ -284,7 +284,7 @@ fn springs_in_a_row() {
 /// Values that were not those at translation may let errors grow: the run says so, or it is right.
 #[test]
 fn values_given_after_translation_are_right_or_refused() {
-    let (n, mut refused, mut rounding) = (60, 0, 0);
+    let (n, mut rounding) = (60, 0);
     let compilation = translate("Chain", &at(n, 1.0, 1.0)[..1]);
     for exponent in 0..12 {
         let (r, s) = sizes(10.0_f64.powi(exponent), 1.0);
@@ -303,12 +303,10 @@ fn values_given_after_translation_are_right_or_refused() {
                 assert!(equation.is_some_and(|equation| equation.text.contains("x[")));
                 rounding += 1;
             }
-            // So large that the matrix of what is left is singular to all digits.
-            Err(SolveError::Initial { cause: Cause::Singular, .. }) => refused += 1,
             Err(error) => panic!("{error}"),
         }
     }
-    assert!(rounding > 0 && refused > 0, "no ratio makes errors grow: the test shows nothing");
+    assert!(rounding > 0, "no ratio makes errors grow: the test shows nothing");
 }
 
 /// Loops that are not torn give the same values.
