@@ -289,8 +289,9 @@ fn run_one(
         Ok(Summary { terminated: Some(message), time, .. }) => {
             Ending { status: "terminated", message, time, rounding: false }
         }
-        Ok(Summary { time, rescue, .. }) => {
-            let message = rescue.map(|rescue| rescue.to_string()).unwrap_or_default();
+        Ok(Summary { time, rescue, undetermined, .. }) => {
+            let said = rescue.iter().map(ToString::to_string).chain(undetermined.iter().map(ToString::to_string));
+            let message = said.collect::<Vec<_>>().join("; ");
             Ending { status: "done", message, time, rounding: false }
         }
         Err(SolveError::Interrupted { .. }) => return Ok(None),

@@ -69,6 +69,8 @@ pub struct Summary {
     pub phases: Vec<MethodPhase>,
     /// How initial values were found, if the start values did not lead to them.
     pub rescue: Option<Rescue>,
+    /// What equations that depend on each other left open.
+    pub undetermined: Vec<Undetermined>,
     /// Message of `terminate`, if that ended the run.
     pub terminated: Option<String>,
 }
@@ -355,7 +357,8 @@ impl Simulator {
         let (warnings, phases) = (self.output.warnings.clone(), self.integrator.phases().to_vec());
         let jumps = self.jumps.clone();
         let rescue = self.rescue().cloned();
-        Ok(Summary { time, statistics: self.statistics, warnings, jumps, phases, rescue, terminated })
+        let undetermined = self.undetermined.clone();
+        Ok(Summary { time, statistics: self.statistics, warnings, jumps, phases, rescue, undetermined, terminated })
     }
 
     /// Writes the rows that still wait for their derivatives, as far as a run that failed has them.

@@ -61,6 +61,11 @@ pub(crate) struct OpenUnknowns {
 }
 
 impl OpenUnknowns {
+    /// True if nothing has been left open.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.times.is_empty()
+    }
+
     /// Which unknowns are moved before others; empty where all are alike.
     pub(crate) fn ranks(&self) -> &[u8] {
         &self.ranks

@@ -10,6 +10,7 @@
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -368,6 +369,9 @@ impl Sources for LibraryPath {
         if !self.allow_outside && found.exists() {
             refuse_outside(name, &found, &self.data)?;
         }
+        if found.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mat")) && found.is_file() {
+            return matrices_as_text(&found).map_err(|sentence| format!("`{}`: {sentence}", found.display()));
+        }
         let text = read_text(&found).map_err(|error| match self.data.first() {
             Some(folder) if matches!(error, TextError::Io { .. }) => format!("{error} in `{}`", folder.display()),
             _ => error.to_string(),
@@ -538,6 +542,24 @@ fn parent_of(folder: &Path) -> PathBuf {
         Some(std::path::Component::Normal(_)) => folder_of(folder),
         _ => folder.join(".."),
     }
+}
+
+/// The matrices of a MAT file in the form in which tables of models are read, with all digits.
+fn matrices_as_text(path: &Path) -> Result<Arc<str>, String> {
+    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    let mut text = String::from("#1\n");
+    for (name, rows) in hyd_results::mat_matrices(&bytes)? {
+        let columns = rows.first().map_or(0, Vec::len);
+        // Writing into a text cannot fail.
+        let _ = writeln!(text, "double {name}({},{columns})", rows.len());
+        for row in rows {
+            for value in row {
+                let _ = write!(text, "{value:e} ");
+            }
+            text.push('\n');
+        }
+    }
+    Ok(text.into())
 }
 
 #[cfg(test)]

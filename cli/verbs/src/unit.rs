@@ -334,6 +334,7 @@ impl UnitRun<'_> {
 fn ended(run: StepRun, time: f64, statistics: &Statistics, lost: &mut Option<Fault>) -> Result<Summary, SolveError> {
     let summary = |terminated: Option<String>| Summary {
         rescue: None,
+        undetermined: Vec::new(),
         time,
         statistics: *statistics,
         warnings: Vec::new(),

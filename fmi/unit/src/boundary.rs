@@ -175,7 +175,10 @@ fn finish(component: &mut Component, work: impl FnOnce(&mut Component) -> Result
     let result = catch_unwind(AssertUnwindSafe(|| work(component)));
     if component.core.has_reports() {
         for report in component.core.take_reports() {
-            let place = format!("{}:{}: {}", report.file, report.line, report.message);
+            let place = match report.file.is_empty() {
+                true => report.message,
+                false => format!("{}:{}: {}", report.file, report.line, report.message),
+            };
             component.log.tell(WARNING, CATEGORIES[0], &place);
         }
     }

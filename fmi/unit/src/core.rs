@@ -111,6 +111,8 @@ pub(crate) struct Core {
     pub(crate) ended: Option<String>,
     /// Warnings of a co-simulation that have been told.
     pub(crate) told: usize,
+    /// That equations leave variables open has been told, once: which ones may change with every event.
+    told_open: bool,
     /// Assertions that are still to be told.
     pub(crate) reports: Vec<AssertionReport>,
 }
@@ -159,6 +161,7 @@ impl Core {
             fresh: false,
             ended: None,
             told: 0,
+            told_open: false,
             reports: Vec::new(),
         })
     }
@@ -270,7 +273,7 @@ impl Core {
     pub(crate) fn has_reports(&self) -> bool {
         let of_engine = match &self.engine {
             Engine::Exchange(exchange) => exchange.has_reports(),
-            Engine::Stepping(steps) => steps.warnings().len() > self.told,
+            Engine::Stepping(steps) => steps.warnings().len() > self.told || !self.told_open && steps.leaves_open(),
             Engine::None => false,
         };
         of_engine || !self.reports.is_empty()
@@ -284,6 +287,11 @@ impl Core {
                 let warnings = steps.warnings();
                 self.reports.extend(warnings.iter().skip(self.told).map(|warning| warning.report.clone()));
                 self.told = warnings.len();
+                if !self.told_open && steps.leaves_open() {
+                    self.told_open = true;
+                    let message = steps.undetermined().iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+                    self.reports.push(AssertionReport { message, error: false, file: "".into(), line: 0 });
+                }
             }
             Engine::None => {}
         }

@@ -28,56 +28,42 @@ const AROUND: f64 = 4.0;
 /// Going back, the way is looked for up to so many times the step.
 const FARTHEST: f64 = 1e9;
 
-/// What came of the way.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Passed {
-    /// It ends somewhere else.
-    No,
-    /// At a solution, straight on.
-    StraightOn,
-    /// At a solution, and turned back on the way: a piece between has none.
-    TurnedBack,
-}
-
-/// Leads `newton.x` to a solution: forwards, with a residual that shrinks, and where that leads nowhere, backwards first.
-pub(crate) fn pass_pieces(newton: &mut Newton, target: &mut dyn Target, tolerance: f64) -> Passed {
+/// Leads `newton.x` to a solution, forwards, with a residual that shrinks, and where that leads nowhere, backwards first; false where none is
+/// reached.
+pub(crate) fn pass_pieces(newton: &mut Newton, target: &mut dyn Target, tolerance: f64) -> bool {
     let first = newton.x.clone();
-    match follow(newton, target, tolerance, 1.0) {
-        Passed::No => {
-            newton.x.copy_from_slice(&first);
-            follow(newton, target, tolerance, -1.0)
-        }
-        passed => passed,
+    follow(newton, target, tolerance, 1.0) || {
+        newton.x.copy_from_slice(&first);
+        follow(newton, target, tolerance, -1.0)
     }
 }
 
-fn follow(newton: &mut Newton, target: &mut dyn Target, tolerance: f64, mut sense: f64) -> Passed {
+fn follow(newton: &mut Newton, target: &mut dyn Target, tolerance: f64, mut sense: f64) -> bool {
     let mut way = Way { newton, target };
-    let mut arrived = if sense > 0.0 { Passed::StraightOn } else { Passed::TurnedBack };
     // How far the point is behind the border.
     let mut beyond = None;
     for _ in 0..MOST_PIECES {
-        let Some(size) = way.begin() else { return Passed::No };
+        let Some(size) = way.begin() else { return false };
         // A step as small as that may still lead into a piece that has no solution.
         if size <= tolerance && (size <= APART || way.is_straight(1.0)) {
-            return arrived;
+            return true;
         }
         // The side on which the piece just entered goes on.
         if let Some(beyond) = beyond {
             let around = AROUND * sense * beyond / size;
             if !way.is_straight(around) && way.is_straight(-around) {
-                (sense, arrived) = (-sense, Passed::TurnedBack);
+                sense = -sense;
             }
         }
         let apart = BEHIND.max(APART / size);
         beyond = Some(apart * size);
-        let Some(end) = way.end(sense, apart) else { return Passed::No };
+        let Some(end) = way.end(sense, apart) else { return false };
         way.advance(end);
         if end == 1.0 {
             sense = 1.0;
         }
     }
-    Passed::No
+    false
 }
 
 /// One piece: `newton.residual` and `newton.correction` at its beginning, in `newton.x`.
@@ -177,7 +163,7 @@ mod tests {
             let mut newton = Newton::new(start.len());
             newton.x.copy_from_slice(start);
             let mut ring = Self { load, back, force, slopes: vec![1.0; start.len()] };
-            (pass_pieces(&mut newton, &mut ring, 1e-12) != Passed::No).then_some(newton.x)
+            pass_pieces(&mut newton, &mut ring, 1e-12).then_some(newton.x)
         }
     }
 

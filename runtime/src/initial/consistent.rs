@@ -10,7 +10,7 @@ use hyd_system::math::square;
 use hyd_system::{DaeSystem, StateChoice, Structure};
 
 use crate::corrector::damped::{Newton, NewtonFailure, Target};
-use crate::corrector::kinks::{Passed, pass_pieces};
+use crate::corrector::kinks::pass_pieces;
 use crate::corrector::relaxed::lead_back;
 use crate::fold;
 use crate::linear::{FactorError, IterationMatrix};
@@ -249,7 +249,7 @@ impl Consistency {
         {
             self.load(time_scale, weights, y, yp);
             let mut view = View { core: &mut self.core, problem, t, switching };
-            if pass_pieces(&mut self.newton, &mut view, TOLERANCE) != Passed::No {
+            if pass_pieces(&mut self.newton, &mut view, TOLERANCE) {
                 found = self.newton.solve(&mut view, TOLERANCE);
             }
         } else if let Err(NewtonFailure::NoConvergence { .. }) = found {
@@ -292,15 +292,11 @@ impl Consistency {
         self.load(time_scale, weights, y, yp);
         let mut x = self.newton.x.clone();
         let mut view = View { core: &mut self.core, problem, t, switching: false };
-        // Where the equations have kinks, a corner takes the place of the fold.
-        let found = match fold::follow(&mut view, &mut x, &self.newton.nominals) {
-            true => {
-                self.newton.x.copy_from_slice(&x);
-                true
-            }
-            false => pass_pieces(&mut self.newton, &mut view, TOLERANCE) == Passed::TurnedBack,
-        };
-        if !found || self.newton.solve(&mut view, TOLERANCE).is_err() {
+        if !fold::follow(&mut view, &mut x, &self.newton.nominals) {
+            return false;
+        }
+        self.newton.x.copy_from_slice(&x);
+        if self.newton.solve(&mut view, TOLERANCE).is_err() {
             return false;
         }
         self.core.scatter(&self.newton.x);

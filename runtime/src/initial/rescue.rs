@@ -12,7 +12,7 @@ use std::fmt;
 use hyd_system::significant;
 
 use super::{InitialSystem, TOLERANCE, View};
-use crate::corrector::kinks::{Passed, pass_pieces};
+use crate::corrector::kinks::pass_pieces;
 use crate::corrector::relaxed::lead_back;
 use crate::problem::Problem;
 
@@ -163,8 +163,7 @@ impl InitialSystem {
     fn pass_pieces(&mut self, problem: &mut Problem<'_>, t: f64, guess: &[f64]) -> bool {
         self.newton.x.copy_from_slice(guess);
         let mut view = View { core: &mut self.core, problem, t };
-        pass_pieces(&mut self.newton, &mut view, TOLERANCE) != Passed::No
-            && self.newton.solve(&mut view, TOLERANCE).is_ok()
+        pass_pieces(&mut self.newton, &mut view, TOLERANCE) && self.newton.solve(&mut view, TOLERANCE).is_ok()
     }
 
     /// From the equations that the guess fulfils back to those given.

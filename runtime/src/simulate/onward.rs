@@ -17,7 +17,7 @@ use crate::events::iteration::{Instant, settle};
 use crate::loops::judge;
 use crate::output::check_outputs;
 use crate::problem::Problem;
-use crate::undetermined::OpenUnknowns;
+use crate::undetermined::{OpenUnknowns, Undetermined};
 use crate::{Options, Statistics, Warning};
 
 /// How far a run has come.
@@ -57,6 +57,7 @@ struct Progress {
     unchanged_until: f64,
     last_event: f64,
     terminated: Option<String>,
+    open: OpenUnknowns,
 }
 
 impl Onward {
@@ -253,6 +254,16 @@ impl Onward {
         &self.simulator.output.warnings
     }
 
+    /// True if equations that depend on each other have left something open.
+    pub fn leaves_open(&self) -> bool {
+        !self.progress.open.is_empty()
+    }
+
+    /// What they have left open so far.
+    pub fn undetermined(&self) -> Vec<Undetermined> {
+        self.progress.open.together()
+    }
+
     /// What the run was asked for.
     pub fn options(&self) -> &Options {
         &self.options
@@ -278,13 +289,9 @@ impl Onward {
     ) -> R {
         let mut delays = std::mem::take(&mut self.simulator.delays);
         let statistics = self.simulator.statistics;
-        let mut problem = Problem {
-            system: Delaying::new(system, &mut delays),
-            statistics,
-            profile: None,
-            open: OpenUnknowns::default(),
-        };
         let progress = std::mem::take(&mut self.progress);
+        let system = Delaying::new(system, &mut delays);
+        let mut problem = Problem { system, statistics, profile: None, open: progress.open };
         let mut run = Run {
             problem: &mut problem,
             options: &self.options,
@@ -303,7 +310,8 @@ impl Onward {
         };
         let result = work(&mut self.simulator, &mut run);
         let Run { chatter, time_event, unchanged_until, last_event, terminated, .. } = run;
-        self.progress = Progress { chatter, time_event, unchanged_until, last_event, terminated };
+        let open = std::mem::take(&mut problem.open);
+        self.progress = Progress { chatter, time_event, unchanged_until, last_event, terminated, open };
         self.simulator.statistics = problem.statistics;
         self.simulator.delays = delays;
         result

@@ -121,3 +121,45 @@ fn wrong_usage_is_told_from_a_wrong_model() {
     }
     assert_eq!(names(folder.path()), ["m.hyd"]);
 }
+
+/// A model that reads a matrix of a MAT file, size and all, with the external functions that the standard library declares.
+const READS_MATRIX: &str = r#"model Reads
+  function sizes
+    input String file;
+    input String name;
+    output Integer dim[2];
+  external "C" ModelicaIO_readMatrixSizes(file, name, dim);
+  end sizes;
+  function read
+    input String file;
+    input String name;
+    input Integer rows;
+    input Integer columns;
+    output Real matrix[rows, columns];
+  external "C" ModelicaIO_readRealMatrix(file, name, matrix, size(matrix, 1), size(matrix, 2), true);
+  end read;
+  final parameter Integer dim[2] = sizes("data.mat", "NAME");
+  final parameter Real a[:, :] = read("data.mat", "NAME", dim[1], dim[2]);
+  Real last = a[dim[1], dim[2]];
+end Reads;
+"#;
+
+#[test]
+fn matrices_of_mat_files_are_read() {
+    let folder = Scratch::new();
+    let mut file = hyd_results::Matrices::new();
+    file.matrix("tab", &[vec![1.0, 0.1], vec![2.0, 1.0 / 3.0], vec![3.0, -2.5e-7]], 2);
+    std::fs::write(folder.path().join("data.mat"), file.bytes()).expect("written");
+    folder.write("reads.mo", READS_MATRIX.replace("NAME", "tab"));
+    let outcome = run(folder.path(), &["simulate", "reads.mo", "--json"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let summary: serde_json::Value = serde_json::from_str(&outcome.stdout).expect("a summary");
+    assert_eq!(summary["final"]["last"].as_f64(), Some(-2.5e-7), "{summary}");
+    folder.write("reads.mo", READS_MATRIX.replace("NAME", "table"));
+    let outcome = run(folder.path(), &["simulate", "reads.mo"]);
+    assert_eq!(outcome.code, Some(1));
+    assert!(outcome.stderr.contains("there is no table `table`; its tables are tab"), "{}", outcome.stderr);
+    std::fs::write(folder.path().join("data.mat"), "no numbers").expect("written");
+    let outcome = run(folder.path(), &["simulate", "reads.mo"]);
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("data.mat"), "{}", outcome.stderr);
+}

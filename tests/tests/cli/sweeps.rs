@@ -142,6 +142,21 @@ fn a_value_outside_its_limits_fails_its_run() {
 }
 
 /// Where all runs fail, model or plan are wrong: who asks the exit code must see it, now and when the folder is called again.
+/// What a member's equations leave open stands beside its results.
+#[test]
+fn variables_left_open_are_named_for_each_member() {
+    let folder = Scratch::new();
+    let pipe = "model Pipe\n  parameter Real idle = 1;\n  Real m = if time < idle then 0 else 2;\n  Real h(start = 2);\n\
+                equation\n  m*(h - 3) = 0;\nend Pipe;\n";
+    folder.write("pipe.hyd", pipe);
+    let outcome = run(folder.path(), &["sweep", "pipe.hyd", "--vary", "idle=0,0.5", "--result", "s"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let members = Frame::read(&folder.path().join("s/members.parquet")).unwrap();
+    let Some(Cells::Texts(messages)) = members.column("message") else { panic!("no messages") };
+    assert_eq!(messages[0], "");
+    assert!(messages[1].starts_with("`h` is not determined from t = 0 s to 0.5 s"), "{}", messages[1]);
+}
+
 #[test]
 fn a_sweep_of_which_every_run_fails_is_an_error_with_its_reasons() {
     let folder = Scratch::new();

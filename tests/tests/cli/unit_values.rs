@@ -77,6 +77,21 @@ fn an_assertion_ends_the_step_in_which_it_stops_to_hold() {
     fmi3::fmi3FreeInstance(tank);
 }
 
+/// Two locked brakes share a load and nothing says how: what stands at its limit stays there from one step to the next.
+#[test]
+fn brakes_that_share_a_load_slip_when_both_are_at_their_limits() {
+    let text = "language/events/two_brakes_share_a_load.mo";
+    let unit = make("two brakes", "3.0", &fs::read_to_string(text).expect("read"));
+    let brakes = unit.stepping();
+    begin(brakes, 6.0);
+    for k in 0..100 {
+        assert_eq!(step(brakes, 0.05 * f64::from(k), 0.05).0, OK, "{k}");
+    }
+    // The load t passes what both hold at 3 s: v = (t - 3)^2/4.
+    assert!((unit.get(brakes, "v") - 1.0).abs() < 1e-5, "{}", unit.get(brakes, "v"));
+    fmi3::fmi3FreeInstance(brakes);
+}
+
 /// A square root of a negative number ends a run, whoever integrates.
 #[test]
 fn outputs_without_a_value_are_told() {

@@ -126,7 +126,7 @@ impl Flattener<'_, '_> {
     }
 
     /// A value of the translation as a local one; the number of a literal where the output is an enumeration.
-    fn local_of_value(&mut self, span: Span, value: &Value, base: hyd_typed::Base) -> Result<Local, Fail> {
+    pub(crate) fn local_of_value(&mut self, span: Span, value: &Value, base: hyd_typed::Base) -> Result<Local, Fail> {
         let value = match (value, base) {
             (Value::Integer(k), hyd_typed::Base::Scalar(ScalarType::Enumeration(of))) => {
                 Value::Enumeration(of, u32::try_from(*k).unwrap_or(1))

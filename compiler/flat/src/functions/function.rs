@@ -46,6 +46,9 @@ impl<'s> Flattener<'_, 's> {
                 Ok(vec![(name, record)])
             }
             Kind::Call(call) => {
+                if let Some(outputs) = self.call_over_texts(expr, call, cx) {
+                    return Ok(outputs);
+                }
                 let callee = self.callee(call, cx)?;
                 self.call_with_arguments(expr.span, &callee, call, cx)
             }

@@ -17,3 +17,4 @@ pub(crate) mod run_decided;
 pub(crate) mod section_statement;
 pub(crate) mod statement;
 pub(crate) mod table_body;
+mod text_call;

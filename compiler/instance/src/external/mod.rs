@@ -7,6 +7,7 @@
 
 mod hermite;
 mod matrices;
+mod matrix_files;
 mod pieces;
 mod strings;
 mod table_1d;
@@ -130,6 +131,7 @@ pub(crate) fn call(name: &str, arguments: &[Value], files: DataFiles<'_>) -> Opt
     }
     matrices::call(name, arguments)
         .or_else(|| strings::call(name, arguments))
+        .or_else(|| matrix_files::call(name, arguments, &mut *files))
         .or_else(|| text_files::call(name, arguments, files))
 }
 

@@ -97,7 +97,7 @@ fn scan_real(text: &str, start: i64, unsigned: bool) -> Given {
     let number: String = rest[..end].iter().collect();
     match number.parse::<f64>() {
         Ok(value) if found => scanned(begin + end as i64, (3, 4), Value::Real(value)),
-        _ => scanned(1, (3, 4), Value::Real(0.0)),
+        _ => scanned(start, (3, 4), Value::Real(0.0)),
     }
 }
 
@@ -110,7 +110,7 @@ fn scan_integer(text: &str, start: i64, unsigned: bool) -> Given {
     let real = matches!(rest.get(sign + count), Some('.' | 'e' | 'E'));
     match number.parse::<i64>() {
         Ok(value) if !real => scanned(begin + (sign + count) as i64, (3, 4), Value::Integer(value)),
-        _ => scanned(1, (3, 4), Value::Integer(0)),
+        _ => scanned(start, (3, 4), Value::Integer(0)),
     }
 }
 
@@ -132,7 +132,7 @@ fn scan_string(text: &str, start: i64) -> Given {
             k += 1;
         }
     }
-    scanned(1, (2, 3), Value::Text("".into()))
+    scanned(start, (2, 3), Value::Text("".into()))
 }
 
 fn scan_identifier(text: &str, start: i64) -> Given {
@@ -144,7 +144,7 @@ fn scan_identifier(text: &str, start: i64) -> Given {
             let name: String = rest.iter().take_while(is_part).collect();
             scanned(begin + name.len() as i64, (2, 3), Value::Text(name.into()))
         }
-        _ => scanned(1, (2, 3), Value::Text("".into())),
+        _ => scanned(start, (2, 3), Value::Text("".into())),
     }
 }
 
@@ -163,6 +163,11 @@ mod tests {
         assert_eq!(set(scan_real("-2", 1, true)), [Value::Integer(1), Value::Real(0.0)]);
         assert_eq!(set(scan_integer(" +12]", 1, false)), [Value::Integer(5), Value::Integer(12)]);
         assert_eq!(set(scan_integer("1.5", 1, false)), [Value::Integer(1), Value::Integer(0)]);
+        // What is not there leaves the place where it was, which is how the library's functions tell.
+        assert_eq!(set(scan_integer("a = 1.5", 5, true)), [Value::Integer(5), Value::Integer(0)]);
+        assert_eq!(set(scan_real("a = b", 4, false)), [Value::Integer(4), Value::Real(0.0)]);
+        assert_eq!(set(scan_identifier("a = 1", 4)), [Value::Integer(4), Value::Text("".into())]);
+        assert_eq!(set(scan_string("a = 1", 4)), [Value::Integer(4), Value::Text("".into())]);
         assert_eq!(set(scan_string(" \"a\\\"b\" ", 1)), [Value::Integer(8), Value::Text("a\"b".into())]);
         assert_eq!(set(scan_identifier("x_1 = 2", 1)), [Value::Integer(4), Value::Text("x_1".into())]);
         assert_eq!(substring("hydraulics", 2, 4), "ydr".into());
