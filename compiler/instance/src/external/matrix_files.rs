@@ -38,6 +38,7 @@ fn read(file: &Name, matrix: &Name, files: DataFiles<'_>) -> Result<Vec<Vec<f64>
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 
