@@ -66,6 +66,6 @@ mod tests {
     #[test]
     fn what_is_no_mat_file_is_refused() {
         assert!(mat_matrices(b"#1\ndouble tab(1,1)\n0\n").is_err());
-        assert!(mat_matrices(b"\x89HDF and so on").unwrap_err().contains("-v7"));
+        assert!(mat_matrices(b"\x89HDF and so on").is_err_and(|sentence| sentence.contains("-v7")));
     }
 }
