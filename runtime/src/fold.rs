@@ -216,8 +216,8 @@ mod tests {
             b[0] /= self.at;
             b[1] += 10.0 * b[0];
         }
-        fn contradiction(&self) -> f64 {
-            0.0
+        fn contradicts(&self, _: &[f64], _: f64) -> bool {
+            false
         }
     }
 
@@ -251,8 +251,8 @@ mod tests {
         fn solve(&mut self, b: &mut [f64]) {
             b[0] /= self.0;
         }
-        fn contradiction(&self) -> f64 {
-            0.0
+        fn contradicts(&self, _: &[f64], _: f64) -> bool {
+            false
         }
     }
 
@@ -273,8 +273,8 @@ mod tests {
         fn solve(&mut self, b: &mut [f64]) {
             b[0] /= self.0;
         }
-        fn contradiction(&self) -> f64 {
-            0.0
+        fn contradicts(&self, _: &[f64], _: f64) -> bool {
+            false
         }
     }
 

@@ -66,13 +66,6 @@ impl Weights {
         self.tolerance
     }
 
-    /// An error as large as the tolerance allows, of the unknown that is largest in its size, in that size.
-    #[cold]
-    pub(crate) fn allowance(&self, y: &[f64]) -> f64 {
-        let sizes = y.iter().zip(self.nominals.iter()).map(|(y, nominal)| y.abs() / nominal);
-        self.tolerance * (1.0 + sizes.fold(0.0, f64::max))
-    }
-
     /// Which unknowns occur with their derivatives.
     pub(crate) fn set_differential(&mut self, differential: &[bool]) {
         self.differential.copy_from_slice(differential);

@@ -547,6 +547,10 @@ fn parent_of(folder: &Path) -> PathBuf {
 /// The matrices of a MAT file in the form in which tables of models are read, with all digits.
 fn matrices_as_text(path: &Path) -> Result<Arc<str>, String> {
     let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    if bytes.starts_with(b"#1") {
+        // A table as a text, whatever its name.
+        return String::from_utf8(bytes).map(Into::into).map_err(|_| "it is not UTF-8 text".to_string());
+    }
     let mut text = String::from("#1\n");
     for (name, rows) in hyd_results::mat_matrices(&bytes)? {
         let columns = rows.first().map_or(0, Vec::len);

@@ -23,7 +23,7 @@ const NOISE: f64 = 8.0;
 /// Where the decrease has stopped, corrections of so many tolerances are rounding, too.
 const ABOVE: f64 = 1e3;
 const LEAST_EXACT: f64 = 1e-6;
-/// What equations of less than full rank may leave over, relative to the largest of the unknowns in its size.
+/// What equations of less than full rank may leave over, as a part of their terms.
 const LEFT_OVER: f64 = 1e-9;
 
 /// A system that the method can solve.
@@ -36,8 +36,9 @@ pub(crate) trait Target {
     fn factor_deficient(&mut self, x: &[f64]) -> bool;
     /// Replaces `b` by the solution of `J x = b` with the last factors.
     fn solve(&mut self, b: &mut [f64]);
-    /// How far equations contradict each other at the last `b`, in the sizes of the unknowns; zero where the Jacobian has full rank.
-    fn contradiction(&self) -> f64;
+    /// True if equations contradict each other at the last `b` by more than this part of their terms at `x`; false where the Jacobian has
+    /// full rank.
+    fn contradicts(&self, x: &[f64], part: f64) -> bool;
 }
 
 /// Why the method stopped.
@@ -150,9 +151,7 @@ impl Newton {
     /// A solution, unless equations that depend on each other contradict each other at it.
     fn judge(&self, target: &dyn Target, lacking: Option<NewtonFailure>) -> Result<(), NewtonFailure> {
         let Some(lacking) = lacking else { return Ok(()) };
-        let sizes = self.x.iter().zip(&self.nominals).map(|(x, nominal)| x.abs() / nominal);
-        let largest = sizes.fold(1.0, f64::max);
-        if target.contradiction() <= LEFT_OVER * largest { Ok(()) } else { Err(lacking) }
+        if target.contradicts(&self.x, LEFT_OVER) { Err(lacking) } else { Ok(()) }
     }
 
     /// True if no iteration can do better: a rounding of each unknown changes the correction as much as the correction is large.  Unknowns of
@@ -295,8 +294,8 @@ mod tests {
         fn solve(&mut self, b: &mut [f64]) {
             b[0] /= self.1;
         }
-        fn contradiction(&self) -> f64 {
-            0.0
+        fn contradicts(&self, _: &[f64], _: f64) -> bool {
+            false
         }
     }
 
@@ -345,8 +344,8 @@ mod tests {
             false
         }
         fn solve(&mut self, _: &mut [f64]) {}
-        fn contradiction(&self) -> f64 {
-            0.0
+        fn contradicts(&self, _: &[f64], _: f64) -> bool {
+            false
         }
     }
 

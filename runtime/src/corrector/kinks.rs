@@ -5,7 +5,7 @@
 //! Damping does not help, because in the piece between the residual is larger than on either side.  So the way in each piece ends where the
 //! next one begins, and goes on with the slopes of that: the residual stays on one line, `g(x(s)) = (1 - s) g(x(0))`.  Where the
 //! determinants of two pieces have different signs, `s` turns back at their border, as at a fold.  A piece ends where the correction that
-//! is left over, `J^-1 (g(x(s)) - (1 - s) g)`, is no longer small, which is found by halving; so nothing need be known of the pieces.
+//! is left over, `J^-1 (g(x(s)) - (1 - s) g)`, becomes large, which is found by halving; so nothing need be known of the pieces.
 //! Finite for systems that are continuous and linear in pieces.  Sources: Katzenelson, "An algorithm for solving
 //! nonlinear resistor networks", Bell System Technical Journal 44 (1965) 1605; Chua, Ushida, "A switching-parameter algorithm for finding
 //! multiple solutions of nonlinear resistive circuits", International Journal of Circuit Theory and Applications 4 (1976) 215.
@@ -15,7 +15,7 @@ use crate::linear::FactorError;
 
 /// Most pieces that are passed.
 const MOST_PIECES: usize = 200;
-/// A piece goes on as long as what is left over is no larger than this part of the way.
+/// A piece goes on as long as what is left over is at most this part of the way.
 const STRAIGHT: f64 = 0.1;
 /// Halvings by which its end is found, and how far behind them what is left over is looked at once more, to see where it began.
 const HALVINGS: u32 = 20;
@@ -23,9 +23,9 @@ const ONCE_MORE: f64 = 1e-2;
 /// The next piece begins so far behind the end, as a part of the way; and so far at least, in the sizes of the unknowns.
 const BEHIND: f64 = 1e-9;
 const APART: f64 = 1e-12;
-/// So many times that far it is looked on which side the piece goes on.
+/// Multiple of that distance at which both sides are probed, to see on which of them the piece goes on.
 const AROUND: f64 = 4.0;
-/// Going back, the way is looked for up to so many times the step.
+/// Going back, a piece is followed for at most this multiple of the step.
 const FARTHEST: f64 = 1e9;
 
 /// Leads `newton.x` to a solution, forwards, with a residual that shrinks, and where that leads nowhere, backwards first; false where none is
@@ -198,8 +198,8 @@ mod tests {
             let last = u[u.len() - 1] / (1.0 - w[w.len() - 1]);
             b.iter_mut().zip(u.iter().zip(&w)).for_each(|(b, (u, w))| *b = u + last * w);
         }
-        fn contradiction(&self) -> f64 {
-            0.0
+        fn contradicts(&self, _: &[f64], _: f64) -> bool {
+            false
         }
     }
 

@@ -165,7 +165,7 @@ impl Corrector {
             match error {
                 FactorError::Singular { row, column } => {
                     self.lacking = (row, column);
-                    if !self.matrix.factor_deficient(at.leading, problem.open.ranks()) {
+                    if !self.matrix.factor_deficient(at.leading, &weights.nominals, problem.open.ranks()) {
                         return Err(Correction::Singular { row, column });
                     }
                 }
@@ -183,7 +183,7 @@ impl Corrector {
     /// Equations that depend on each other must not contradict each other at what has been found; notes what they leave open.
     #[cold]
     fn judge(&self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> Result<(), Correction> {
-        if self.matrix.contradiction() > EPSILON * weights.allowance(&self.y) {
+        if self.matrix.contradicts(&self.y, EPSILON * weights.tolerance()) {
             let (row, column) = self.lacking;
             return Err(Correction::Singular { row, column });
         }

@@ -36,8 +36,8 @@ impl Target for Relaxed<'_, '_> {
         self.target.solve(b);
     }
 
-    fn contradiction(&self) -> f64 {
-        self.target.contradiction()
+    fn contradicts(&self, x: &[f64], part: f64) -> bool {
+        self.target.contradicts(x, part)
     }
 }
 

@@ -63,6 +63,8 @@ pub(crate) struct Consistency {
 struct Core {
     matrix: IterationMatrix,
     differential: Vec<bool>,
+    /// Sizes of what is looked for.
+    sizes: Vec<f64>,
     y: Vec<f64>,
     yp: Vec<f64>,
 }
@@ -85,7 +87,26 @@ impl Core {
     }
 
     fn factor_deficient(&mut self, problem: &Problem<'_>) -> bool {
-        self.matrix.factor_consistent_deficient(&self.differential, problem.open.ranks())
+        self.matrix.factor_consistent_deficient(&self.differential, &self.sizes, problem.open.ranks())
+    }
+
+    /// Rates are looked for as exactly as a step `h` (s) needs them.
+    fn size_by(&mut self, h: f64, weights: &Weights) {
+        let own = self.sizes.iter_mut().zip(&self.differential).zip(weights.nominals.iter());
+        own.for_each(|((size, &differential), nominal)| {
+            *size = if differential && h > 0.0 { nominal / h } else { *nominal }
+        });
+    }
+
+    /// The unknowns of the matrix at the current values.
+    #[cold]
+    fn gathered(&self) -> Vec<f64> {
+        let rates = self.yp.iter().zip(&self.differential);
+        self.y
+            .iter()
+            .zip(rates)
+            .map(|(&value, (&rate, &differential))| if differential { rate } else { value })
+            .collect()
     }
 
     /// The unknowns of the problem from `x`.
@@ -136,8 +157,8 @@ impl Target for View<'_, '_> {
         self.core.matrix.solve(b);
     }
 
-    fn contradiction(&self) -> f64 {
-        self.core.matrix.contradiction()
+    fn contradicts(&self, x: &[f64], part: f64) -> bool {
+        self.core.matrix.contradicts(x, part)
     }
 }
 
@@ -148,6 +169,7 @@ impl Consistency {
         let core = Core {
             matrix: IterationMatrix::new(structure),
             differential: structure.differential.clone(),
+            sizes: vec![1.0; n],
             y: vec![0.0; n],
             yp: vec![0.0; n],
         };
@@ -315,6 +337,7 @@ impl Consistency {
             let nominal = weights.nominals[k];
             self.newton.nominals[k] = if differential { nominal / time_scale } else { nominal };
         }
+        self.core.sizes.copy_from_slice(&self.newton.nominals);
     }
 
     /// Improves nearly consistent values with an old matrix where possible; false if they could not be improved, in which
@@ -475,6 +498,7 @@ impl Consistency {
             self.core.yp.copy_from_slice(yp);
             let fresh = !self.have_matrix;
             if fresh {
+                self.core.size_by(h, weights);
                 self.have_matrix = self.core.factor_for_corrections(problem, t);
                 if !self.have_matrix {
                     return false;
@@ -507,7 +531,7 @@ impl Consistency {
                 return false;
             }
             core.matrix.solve(&mut self.residual);
-            if core.matrix.is_deficient() && core.matrix.contradiction() > limit * weights.allowance(&core.y) {
+            if core.matrix.is_deficient() && core.matrix.contradicts(&core.gathered(), limit * weights.tolerance()) {
                 return false;
             }
             let mut sum = 0.0;

@@ -54,7 +54,8 @@ struct Core {
     pattern: Pattern,
     solver: LinearSolver,
     values: Vec<f64>,
-    /// Which unknowns are moved before others where equations leave them open.
+    /// Sizes of the unknowns, and which are moved before others where equations leave them open.
+    sizes: Vec<f64>,
     ranks: Vec<u8>,
 }
 
@@ -81,15 +82,15 @@ impl Target for View<'_, '_> {
 
     fn factor_deficient(&mut self, x: &[f64]) -> bool {
         self.problem.system.initial_jacobian(self.t, x, &mut self.core.values).is_ok()
-            && self.core.solver.factor_deficient(&self.core.values, &self.core.ranks)
+            && self.core.solver.factor_deficient(&self.core.values, &self.core.sizes, &self.core.ranks)
     }
 
     fn solve(&mut self, b: &mut [f64]) {
         self.core.solver.solve(b);
     }
 
-    fn contradiction(&self) -> f64 {
-        self.core.solver.contradiction()
+    fn contradicts(&self, x: &[f64], part: f64) -> bool {
+        self.core.solver.contradicts(x, part)
     }
 }
 
@@ -112,7 +113,7 @@ impl InitialSystem {
         let solver = LinearSolver::new(&pattern);
         let values = vec![0.0; pattern.entries()];
         let newton = Newton::new(structure.initial.unknowns);
-        let core = Core { pattern, solver, values, ranks: Vec::new() };
+        let core = Core { pattern, solver, values, sizes: newton.nominals.clone(), ranks: Vec::new() };
         Self { core, newton, given: Vec::new(), rescued: None }
     }
 
@@ -141,6 +142,7 @@ impl InitialSystem {
         result.map_err(|failure| failed(failure, problem))?;
         problem.system.initial_nominals(&mut self.newton.nominals);
         self.core.solver.begin(&self.newton.nominals);
+        self.core.sizes.copy_from_slice(&self.newton.nominals);
         let mut before = vec![false; problem.system.structure().roots];
         let mut terminated = None;
         let mut reinitialised = false;

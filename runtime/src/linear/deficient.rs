@@ -3,8 +3,9 @@
 //! Two friction elements that are locked share a load, and nothing says how; no current says where an idle bridge floats.  There the
 //! equations are redundant, and what they leave open is left where it is: with complete pivoting `P A Q = L U` ends when no pivot is left
 //! (Golub, Van Loan, "Matrix Computations", section 3.4.8), the rows behind it must hold by themselves, and of all solutions the
-//! smallest is taken, unknowns measured by their sizes and those moved first that matter least.  Rows and columns are scaled by their largest entries, so that a
-//! pivot vanishes by rounding and not for its units.  Dense, for the rare case.
+//! smallest is taken, unknowns measured by their sizes and those moved first that matter least.  Rows and columns are scaled by their
+//! largest entries, so that a pivot vanishes by rounding and not for its units.  What is left over of a row is compared with the terms of
+//! the equations that it was made of: a large unknown elsewhere excuses nothing.  Dense, for the rare case.
 
 use hyd_system::Pattern;
 use hyd_system::math::square;
@@ -37,7 +38,10 @@ pub(super) struct Deficient {
     open: Vec<Vec<f64>>,
     smoothed: usize,
     work: Vec<f64>,
-    contradiction: f64,
+    /// For each row without a pivot what the last right-hand side has left over of it, and how large each unknown is in the equations that
+    /// it was made of, for an unknown of its size.
+    left_over: Vec<f64>,
+    terms: Vec<Vec<f64>>,
 }
 
 impl Deficient {
@@ -69,15 +73,29 @@ impl Deficient {
         let order = || (0..n as u32).collect();
         let (rows, columns, sizes) = (order(), order(), sizes.to_vec());
         let (open, work) = (Vec::new(), vec![0.0; n]);
-        let (rank, smoothed, contradiction) = (0, 0, 0.0);
-        let mut made =
-            Self { n, rank, factors, rows, columns, row_scale, own_scale, sizes, open, smoothed, work, contradiction };
+        let (rank, smoothed) = (0, 0);
+        let mut made = Self {
+            n,
+            rank,
+            factors,
+            rows,
+            columns,
+            row_scale,
+            own_scale,
+            sizes,
+            open,
+            smoothed,
+            work,
+            left_over: Vec::new(),
+            terms: Vec::new(),
+        };
         let of = |column: u32| ranks.get(column as usize).copied().unwrap_or(0);
         made.eliminate(of);
         if made.rank == n {
             return None;
         }
         made.find_open(of);
+        made.find_terms(pattern, values);
         Some(made)
     }
 
@@ -164,6 +182,31 @@ impl Deficient {
         self.open.append(&mut kept);
     }
 
+    /// The terms of rows without a pivot: each is a combination of equations, `e_l - L_l L^-1`, whose terms do not cancel in `terms`.
+    fn find_terms(&mut self, pattern: &Pattern, values: &[f64]) {
+        let n = self.n;
+        self.left_over = vec![0.0; n - self.rank];
+        for place in self.rank..n {
+            // Of each equation, by its row of A.
+            let mut share = vec![0.0; n];
+            for k in (0..self.rank).rev() {
+                let own = &self.factors[k * n..][..n];
+                let behind = (k + 1..self.rank).map(|m| own[m] * self.work[m]).sum::<f64>();
+                self.work[k] = own[place] - behind;
+                share[self.rows[k] as usize] = self.work[k].abs();
+            }
+            share[self.rows[place] as usize] = 1.0;
+            let of_column = |column: usize| {
+                let of_row = |entry: usize| {
+                    let row = pattern.row_indices[entry] as usize;
+                    share[row] * (self.row_scale[row] * values[entry] * self.sizes[column]).abs()
+                };
+                pattern.column(column).map(of_row).sum::<f64>()
+            };
+            self.terms.push((0..n).map(of_column).collect());
+        }
+    }
+
     /// The first places of the work vector, where U has pivots.
     fn substitute_back(&mut self) {
         for c in (0..self.rank).rev() {
@@ -174,7 +217,7 @@ impl Deficient {
         }
     }
 
-    /// Replaces `b` by the smallest solution of the equations that have pivots; see [`Self::contradiction`] for the others.
+    /// Replaces `b` by the smallest solution of the equations that have pivots; see [`Self::contradicts`] for the others.
     pub(super) fn solve(&mut self, b: &mut [f64]) {
         for (value, &row) in self.work.iter_mut().zip(&self.rows) {
             *value = b[row as usize] * self.row_scale[row as usize];
@@ -184,7 +227,7 @@ impl Deficient {
             let lower = &self.factors[c * self.n..][c + 1..self.n];
             self.work[c + 1..].iter_mut().zip(lower).for_each(|(other, l)| *other -= l * value);
         }
-        self.contradiction = self.work[self.rank..].iter().fold(0.0, |most, value| value.abs().max(most));
+        self.left_over.copy_from_slice(&self.work[self.rank..]);
         self.work[self.rank..].fill(0.0);
         self.substitute_back();
         for (&column, value) in self.columns.iter().zip(&self.work) {
@@ -207,9 +250,14 @@ impl Deficient {
         }
     }
 
-    /// What the last right-hand side asks of equations that have nothing left to give, in the sizes of the unknowns.
-    pub(super) fn contradiction(&self) -> f64 {
-        self.contradiction
+    /// True if the last right-hand side leaves over more of an equation without a pivot than this part of its terms at the unknowns `x`.
+    pub(super) fn contradicts(&self, x: &[f64], part: f64) -> bool {
+        self.left_over.iter().zip(&self.terms).any(|(left_over, terms)| {
+            let all: f64 =
+                terms.iter().zip(x.iter().zip(&self.sizes)).map(|(term, (x, size))| term * x.abs() / size).sum();
+            // Not a number contradicts, too.
+            !(left_over.abs() <= part * (1.0 + all))
+        })
     }
 
     /// The unknowns that are not determined, each alone or with others.
@@ -229,4 +277,92 @@ fn scale_to_one(vector: &mut [f64]) {
 
 fn product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    /// `left * right` of these ranks, in units that differ by decades.
+    fn product_of(n: usize, rank: usize, seed: f64) -> DMatrix<f64> {
+        // The last digits of a sine have no pattern.
+        let entry = |k: usize| ((seed + 12.9898 * k as f64).sin() * 43_758.545_3).fract();
+        let left = DMatrix::from_fn(n, rank, |i, j| entry(i * 31 + j) * 10f64.powi((i % 5) as i32 - 2));
+        let right = DMatrix::from_fn(rank, n, |i, j| entry(1000 + i * 37 + j));
+        left * right
+    }
+
+    fn factored(matrix: &DMatrix<f64>, sizes: &[f64], ranks: &[u8]) -> Option<Deficient> {
+        let n = matrix.nrows();
+        Deficient::new(&Pattern::dense(n, n), matrix.as_slice(), sizes, ranks)
+    }
+
+    /// The smallest solution is that of the pseudo-inverse (singular values of nalgebra), unknowns measured by their sizes.
+    #[test]
+    fn solutions_are_those_of_the_pseudo_inverse() {
+        for (n, rank) in [(2, 1), (5, 3), (12, 11), (20, 13)] {
+            for seed in [0.1, 0.7, 2.3] {
+                let matrix = product_of(n, rank, seed);
+                let sizes: Vec<f64> = (0..n).map(|k| [1e3, 1.0, 1e-2][k % 3]).collect();
+                let mut deficient = factored(&matrix, &sizes, &[]).unwrap();
+                assert_eq!(deficient.rank, rank);
+                let known = DVector::from_fn(n, |k, _| sizes[k] * (seed * 3.0 + k as f64).cos());
+                let mut b = (&matrix * &known).as_slice().to_vec();
+                let in_sizes = &matrix * DMatrix::from_diagonal(&DVector::from_column_slice(&sizes));
+                // Rows of one size, so that the singular values of the reference are not a matter of units.
+                let scales = in_sizes.row_iter().map(|row| row.amax().recip()).collect::<Vec<_>>();
+                let scaled = DMatrix::from_fn(n, n, |i, j| in_sizes[(i, j)] * scales[i]);
+                let right = DVector::from_fn(n, |i, _| b[i] * scales[i]);
+                let smallest = scaled.svd(true, true).solve(&right, 1e-9).unwrap();
+                deficient.solve(&mut b);
+                assert!(!deficient.contradicts(&b, 1e-9));
+                for k in 0..n {
+                    assert!((b[k] / sizes[k] - smallest[k]).abs() < 1e-8, "{n} {rank} {seed}: {k}");
+                }
+                assert!(deficient.undetermined().count() > n - rank);
+            }
+        }
+    }
+
+    #[test]
+    fn full_rank_is_none_of_its_business() {
+        assert!(factored(&product_of(6, 6, 0.3), &[1.0; 6], &[]).is_none());
+    }
+
+    /// x + y = 2 and x + y + z = b beside w = 1e9: z is determined, and what contradicts is compared with the terms of its own equations.
+    #[test]
+    fn a_large_unknown_elsewhere_excuses_no_contradiction() {
+        let matrix = DMatrix::from_row_slice(
+            4,
+            4,
+            &[
+                1.0, 1.0, 0.0, 0.0, //
+                1.0, 1.0, 0.0, 0.0, //
+                0.0, 0.0, 1.0, 0.0, //
+                0.0, 0.0, 0.0, 1.0,
+            ],
+        );
+        let mut deficient = factored(&matrix, &[1.0; 4], &[]).unwrap();
+        let mut answer = |other: f64| {
+            let mut b = [2.0, other, 5.0, 1e9];
+            deficient.solve(&mut b);
+            (deficient.contradicts(&b, 1e-9), b)
+        };
+        let (contradicts, b) = answer(2.0);
+        let near = |found: &[f64], right: &[f64]| {
+            found.iter().zip(right).all(|(a, b)| (a - b).abs() <= 1e-15 * b.abs().max(1.0))
+        };
+        assert!(!contradicts && near(&b, &[1.0, 1.0, 5.0, 1e9]), "{b:?}");
+        assert!(answer(2.0 + 1e-6).0 && !answer(2.0 + 1e-12).0);
+        let open: Vec<usize> = deficient.undetermined().collect();
+        assert_eq!(open, [0, 1]);
+        // An unknown of higher rank is not moved where another one can be.
+        for (ranks, right) in [([0, 1, 0, 0], [2.0, 0.0]), ([2, 1, 0, 0], [0.0, 2.0]), ([1, 1, 0, 0], [1.0, 1.0])] {
+            let mut b = [2.0, 2.0, 5.0, 0.0];
+            factored(&matrix, &[1.0; 4], &ranks).unwrap().solve(&mut b);
+            assert!(near(&b, &right), "{ranks:?}: {b:?}");
+        }
+    }
 }

@@ -87,16 +87,16 @@ impl IterationMatrix {
     }
 
     /// As [`Self::factor`] for a matrix that it has found singular, see [`LinearSolver::factor_deficient`].
-    pub(crate) fn factor_deficient(&mut self, c: f64, ranks: &[u8]) -> bool {
+    pub(crate) fn factor_deficient(&mut self, c: f64, sizes: &[f64], ranks: &[u8]) -> bool {
         self.merged.combine(&self.state, &self.rate, c, &mut self.values);
-        self.solver.factor_deficient(&self.values, ranks)
+        self.solver.factor_deficient(&self.values, sizes, ranks)
     }
 
     /// As [`Self::factor_consistent`] for a matrix that it has found singular, see [`LinearSolver::factor_deficient`].
-    pub(crate) fn factor_consistent_deficient(&mut self, differential: &[bool], ranks: &[u8]) -> bool {
+    pub(crate) fn factor_consistent_deficient(&mut self, differential: &[bool], sizes: &[f64], ranks: &[u8]) -> bool {
         let parts = (&self.state_pattern, &self.rate_pattern);
         self.merged.select(parts, &self.state, &self.rate, differential, &mut self.values);
-        self.solver.factor_deficient(&self.values, ranks)
+        self.solver.factor_deficient(&self.values, sizes, ranks)
     }
 
     /// See [`LinearSolver::is_deficient`].
@@ -105,9 +105,9 @@ impl IterationMatrix {
         self.solver.is_deficient()
     }
 
-    /// See [`LinearSolver::contradiction`].
-    pub(crate) fn contradiction(&self) -> f64 {
-        self.solver.contradiction()
+    /// See [`LinearSolver::contradicts`].
+    pub(crate) fn contradicts(&self, x: &[f64], part: f64) -> bool {
+        self.solver.contradicts(x, part)
     }
 
     /// See [`LinearSolver::undetermined`].

@@ -101,9 +101,10 @@ impl LinearSolver {
 
     /// Factors a matrix that [`Self::factor`] has found singular, so that solutions are the smallest ones of equations that may depend on
     /// each other; false if that does not help.  Whether they contradict each other is known behind each solution
-    /// ([`Self::contradiction`]).  `ranks`: which unknowns are moved before others ([`Deficient::new`]).
-    pub(crate) fn factor_deficient(&mut self, values: &[f64], ranks: &[u8]) -> bool {
-        self.deficient = Deficient::new(&self.pattern, values, &self.column_scale, ranks).map(Box::new);
+    /// ([`Self::contradicts`]).  `sizes` are those of the
+    /// unknowns, by which solutions are the smallest; `ranks`: which unknowns are moved before others ([`Deficient::new`]).
+    pub(crate) fn factor_deficient(&mut self, values: &[f64], sizes: &[f64], ranks: &[u8]) -> bool {
+        self.deficient = Deficient::new(&self.pattern, values, sizes, ranks).map(Box::new);
         self.deficient.is_some()
     }
 
@@ -113,9 +114,9 @@ impl LinearSolver {
         self.deficient.is_some()
     }
 
-    /// How far equations contradict each other at the last right-hand side, in the sizes of the unknowns; zero with full rank.
-    pub(crate) fn contradiction(&self) -> f64 {
-        self.deficient.as_ref().map_or(0.0, |deficient| deficient.contradiction())
+    /// True if equations contradict each other at the last right-hand side by more than this part of their terms at `x`; false with full rank.
+    pub(crate) fn contradicts(&self, x: &[f64], part: f64) -> bool {
+        self.deficient.as_ref().is_some_and(|deficient| deficient.contradicts(x, part))
     }
 
     /// The unknowns that the last matrix does not determine.

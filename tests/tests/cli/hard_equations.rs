@@ -29,6 +29,18 @@ fn a_contradiction_is_refused_with_the_variable() {
         assert_eq!(code, Some(3), "{asked}: {said}");
         assert!(said.contains("h is not determined (singular equations)"), "{asked}: {said}");
     }
+    // A rate of 1e9 beside it excuses nothing.
+    let folder = Scratch::new();
+    let beside = "model Pipe\n  Real p(start = 1e9, fixed = true);\n  Real m = if time < 1 then 2 else 0;\n  Real h(start = 2);\n\
+                  equation\n  der(p) = -p;\n  m*(h - 3) = 0.002;\nend Pipe;\n";
+    folder.write("pipe.hyd", beside);
+    let outcome = run(folder.path(), &["simulate", "pipe.hyd", "--stop", "2"]);
+    assert_eq!(outcome.code, Some(3), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("the event at t = 1 s") && outcome.stderr.contains("h is not determined"),
+        "{}",
+        outcome.stderr
+    );
     // It holds at the start and no longer.
     let (code, said) = simulated("t");
     assert_eq!(code, Some(3), "{said}");
