@@ -255,8 +255,7 @@ impl Deficient {
         self.left_over.iter().zip(&self.terms).any(|(left_over, terms)| {
             let all: f64 =
                 terms.iter().zip(x.iter().zip(&self.sizes)).map(|(term, (x, size))| term * x.abs() / size).sum();
-            // Not a number contradicts, too.
-            !(left_over.abs() <= part * (1.0 + all))
+            left_over.is_nan() || left_over.abs() > part * (1.0 + all)
         })
     }
 
