@@ -1,37 +1,16 @@
 //! Sizes of arrays: declared, taken from a value (`:`), or added by a type; bounded.
 
-use std::rc::Rc;
-
 use hyd_source::{Code, Reported};
-use hyd_syntax::tree::{ClassBody, Component, ComponentRef, Expr};
+use hyd_syntax::tree::{ComponentRef, Expr};
 
 use crate::classes::modifier::Mods;
-use crate::classes::shape::Shape;
-use crate::instantiation::instance::{InstId, LocalClass, Scope};
+use crate::instantiation::instance::{InstId, Scope};
 use crate::instantiation::scopes::Scopes;
-use crate::instantiation::type_of::TypeOf;
+use crate::instantiation::work::MAX_ELEMENTS;
 use crate::values::evaluate::Env;
-use crate::values::value::Value;
-
-/// Largest number of elements of one array of components or variables.
-const MAX_ELEMENTS: usize = 1 << 27;
 
 impl Scopes<'_> {
-    /// Evaluates declared sizes; `:` takes its size from the binding.
-    pub(crate) fn sizes(
-        &mut self,
-        dims: &[Expr],
-        scope: Scope,
-        mods: &Mods,
-        name: &str,
-    ) -> Result<Vec<usize>, Reported> {
-        let mut sizes = Vec::with_capacity(dims.len());
-        for (k, dim) in dims.iter().enumerate() {
-            sizes.push(self.size(dim, k, scope, mods, name)?);
-        }
-        Ok(sizes)
-    }
-
+    /// A declared size; `:` takes it from the binding.
     pub(crate) fn size(
         &mut self,
         dim: &Expr,
@@ -59,61 +38,7 @@ impl Scopes<'_> {
                 self.error(Code::ArrayShape, dim.span, message)
             });
         }
-        if matches!(&dim.kind, hyd_syntax::tree::ExprKind::Ref(r) if names_boolean(r)) {
-            return Ok(2);
-        }
-        let value = self.evaluate(dim, scope, &Env::default())?;
-        let size = match &value {
-            Value::Integer(size) => Some(*size),
-            // An enumeration as a size: one element per literal.
-            Value::Array(items) if items.iter().all(|v| matches!(v, Value::Enumeration(..))) => {
-                Some(items.len() as i64)
-            }
-            Value::Enumeration(..)
-            | Value::Boolean(_)
-            | Value::Real(_)
-            | Value::Text(_)
-            | Value::Object(_)
-            | Value::Array(_)
-            | Value::Record(_) => None,
-        };
-        match size {
-            Some(size) if size >= 0 && (size as usize) <= MAX_ELEMENTS => Ok(size as usize),
-            Some(size) => {
-                let limit =
-                    if size < 0 { "negative".into() } else { format!("above the limit of {MAX_ELEMENTS} elements") };
-                let message = format!("the size of `{name}` is {size}, which is {limit}");
-                let code = if size < 0 { Code::ArrayShape } else { Code::Limit };
-                Err(self.error(code, dim.span, message))
-            }
-            None => {
-                let message = format!("the size of `{name}` must be an Integer, not {}", value.type_name());
-                Err(self.error(Code::TypeMismatch, dim.span, message))
-            }
-        }
-    }
-
-    /// Sizes that short class definitions add (`type Vector = Real[3]`), each read where it is written.
-    pub(crate) fn alias_sizes(&mut self, local: &LocalClass, shape: &Rc<Shape>) -> Result<Vec<usize>, Reported> {
-        let mut sizes = Vec::new();
-        for (frame, part) in shape.frames.iter().enumerate() {
-            let def = self.table.class(part.class).def.clone();
-            if let ClassBody::Short { dims, .. } = &def.body
-                && !dims.is_empty()
-            {
-                let scope = Scope { inst: self.package_of(local)?, frame: frame as u32 };
-                sizes.extend(self.sizes(dims, scope, &Vec::new(), &def.name.name)?);
-            }
-        }
-        Ok(sizes)
-    }
-
-    /// Sizes that the type of a variable of a function adds to those of its declaration.
-    pub(crate) fn sizes_of_type(&mut self, component: &Component, scope: Scope) -> Result<Vec<usize>, Reported> {
-        match self.type_of(scope, &component.class)? {
-            TypeOf::Class(local, shape) => self.alias_sizes(&local, &shape),
-            TypeOf::Scalar(_) => Ok(Vec::new()),
-        }
+        self.declared_size(dim, scope, &Env::default(), name)
     }
 
     pub(crate) fn check_size(&mut self, inst: InstId) -> Result<(), Reported> {

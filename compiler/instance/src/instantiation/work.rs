@@ -30,6 +30,9 @@ pub(crate) const ELEMENT: u64 = 2;
 /// double it with every line.
 const MAX_COMPONENTS: usize = 1 << 21;
 
+/// Largest number of elements of one array of components or variables.
+pub(crate) const MAX_ELEMENTS: usize = 1 << 27;
+
 impl Scopes<'_> {
     /// Stops where there are too many components.
     ///

@@ -5,13 +5,15 @@
 //! run in `interpret`.
 
 use hyd_source::{Code, Reported, Span};
-use hyd_syntax::tree::{ClassBody, ClassKind, Component, ComponentRef, Direction, Expr, Name};
+use hyd_syntax::tree::{ClassBody, ClassKind, Component, ComponentRef, Direction, Expr, ExprKind, Name};
 
-use crate::classes::shape::is_builtin;
+use crate::classes::shape::{Shape, is_builtin};
 use crate::instantiation::instance::{InstId, LocalClass, Scope};
 use crate::instantiation::lookup::Resolved;
 use crate::instantiation::scopes::Scopes;
-use crate::instantiation::work::{ELEMENT, volume};
+use crate::instantiation::size::names_boolean;
+use crate::instantiation::type_of::TypeOf;
+use crate::instantiation::work::{ELEMENT, MAX_ELEMENTS, volume};
 use crate::values::evaluate::Env;
 use crate::values::external_call::{is_set_by_call, value_so_far};
 use crate::values::function_components::{FunctionComponent, in_order_of_values};
@@ -338,7 +340,7 @@ impl Scopes<'_> {
             "String" => Value::Text("".into()),
             _ => Value::Real(0.0),
         };
-        if component.dims.iter().any(|dim| matches!(dim.kind, hyd_syntax::tree::ExprKind::Colon)) {
+        if component.dims.iter().any(|dim| matches!(dim.kind, ExprKind::Colon)) {
             return Ok(None);
         }
         let sizes = self.local_sizes(component, scope, env)?;
@@ -357,27 +359,81 @@ impl Scopes<'_> {
         scope: Scope,
         env: &Env,
     ) -> Result<Vec<usize>, Reported> {
+        let name = &component.name.name;
         let mut sizes = Vec::with_capacity(component.dims.len());
         for dim in &component.dims {
-            let size = match self.evaluate(dim, scope, env)? {
-                Value::Integer(k) => usize::try_from(k).ok(),
-                // An enumeration or Boolean as a size: one element per value.
-                Value::Array(items)
-                    if items.iter().all(|v| matches!(v, Value::Enumeration(..) | Value::Boolean(_))) =>
-                {
-                    Some(items.len())
-                }
-                _ => None,
-            };
-            sizes.extend(size);
+            sizes.push(self.declared_size(dim, scope, env, name)?);
         }
-        if sizes.len() != component.dims.len() || volume(&sizes).is_none() {
+        if volume(&sizes).is_none() {
             let span = component.dims.first().map_or(component.name.span, |dim| dim.span);
-            let message = format!("the size of `{}` is not an integer in range", component.name.name);
-            return Err(self.error(Code::ArrayShape, span, message));
+            let message = format!("the array `{name}` is too large to be made before the run");
+            return Err(self.error(Code::Limit, span, message));
         }
         sizes.extend(self.sizes_of_type(component, scope)?);
         Ok(sizes)
+    }
+
+    /// Sizes that the type of a variable of a function adds to those of its declaration.
+    pub(crate) fn sizes_of_type(&mut self, component: &Component, scope: Scope) -> Result<Vec<usize>, Reported> {
+        match self.type_of(scope, &component.class)? {
+            TypeOf::Class(local, shape) => self.alias_sizes(&local, &shape),
+            TypeOf::Scalar(_) => Ok(Vec::new()),
+        }
+    }
+
+    /// Sizes that short class definitions add (`type Vector = Real[3]`), each read where it is written.
+    pub(crate) fn alias_sizes(&mut self, local: &LocalClass, shape: &Shape) -> Result<Vec<usize>, Reported> {
+        let mut sizes = Vec::new();
+        for (frame, part) in shape.frames.iter().enumerate() {
+            let def = self.table.class(part.class).def.clone();
+            if let ClassBody::Short { dims, .. } = &def.body
+                && !dims.is_empty()
+            {
+                let scope = Scope { inst: self.package_of(local)?, frame: frame as u32 };
+                for dim in dims {
+                    sizes.push(self.declared_size(dim, scope, &Env::default(), &def.name.name)?);
+                }
+            }
+        }
+        Ok(sizes)
+    }
+
+    /// What a declared size says: an integer, or as many as an enumeration or `Boolean` has values.
+    pub(crate) fn declared_size(&mut self, dim: &Expr, scope: Scope, env: &Env, name: &str) -> Result<usize, Reported> {
+        if matches!(dim.kind, ExprKind::Colon) {
+            let message = format!("`{name}` has size `:` and no value that gives it a size");
+            return Err(self.error(Code::ArrayShape, dim.span, message));
+        }
+        let value = self.evaluate(dim, scope, env)?;
+        let size = match &value {
+            Value::Integer(size) => *size,
+            // One element per literal.
+            Value::Array(literals) if self.names_type(dim, scope, env) => literals.len() as i64,
+            _ => {
+                let message = format!("the size of `{name}` must be an Integer, not {}", value.type_name());
+                return Err(self.error(Code::TypeMismatch, dim.span, message));
+            }
+        };
+        match usize::try_from(size) {
+            Ok(size) if size <= MAX_ELEMENTS => Ok(size),
+            Ok(_) => {
+                let message =
+                    format!("the size of `{name}` is {size}, which is above the limit of {MAX_ELEMENTS} elements");
+                Err(self.error(Code::Limit, dim.span, message))
+            }
+            Err(_) => {
+                let message = format!("the size of `{name}` is {size}, which is negative");
+                Err(self.error(Code::ArrayShape, dim.span, message))
+            }
+        }
+    }
+
+    /// True for `Boolean` and the name of an enumeration, whose values are those of the type.
+    fn names_type(&mut self, expr: &Expr, scope: Scope, env: &Env) -> bool {
+        let ExprKind::Ref(reference) = &expr.kind else { return false };
+        let is_local = env.get(&reference.parts[0].name.name).is_some();
+        let is_class = |scopes: &mut Self| matches!(scopes.resolve(scope, reference), Ok(Resolved::Class(_)));
+        names_boolean(reference) || !is_local && self.quietly(|scopes| is_class(scopes))
     }
 }
 
