@@ -11,9 +11,10 @@
 use crate::augment::{Augmentation, Augmenter};
 use crate::candidates::{CandidateSet, Coefficient, Level, Verdict};
 use crate::graph::{Column, Entry, Incidence, Row};
-use crate::independent::{Columns, independent_columns};
+use crate::independent::{Columns, independent_columns_before};
 use crate::matching::Matching;
 use hyd_index::{IndexVec, TypedIndex};
+use std::cmp::Reverse;
 
 /// What is chosen from.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +32,13 @@ pub struct DummyProblem<'a> {
     pub constant: Option<&'a IndexVec<Entry, bool>>,
     /// Unknowns that must be states themselves (`stateSelect = always`): never candidates.
     pub states: &'a IndexVec<Column, bool>,
+}
+
+impl DummyProblem<'_> {
+    /// True if what this level takes of a column is the unknown itself, which must be a state.
+    fn is_state_at(&self, column: Column, level: u32) -> bool {
+        self.states[column] && self.column_orders[column] == level
+    }
 }
 
 /// The choice.
@@ -64,21 +72,24 @@ pub fn choose_dummies<W: Ord>(
         uncertain: Vec::new(),
         sets: Vec::new(),
     };
-    let mut is_open = IndexVec::filled(false, problem.incidence.column_count());
+    // The last level at which the choice about a column was left open.
+    let mut open_at = IndexVec::filled(0_u32, problem.incidence.column_count());
     let most = problem.row_orders.iter().copied().max().unwrap_or(0);
     for level in 1..=most {
         let candidate = |&column: &Column| {
-            plan.dummies[column] == level - 1 && problem.column_orders[column] >= level && !is_open[column]
+            let may_depend = plan.dummies[column] == level - 1 || level > 1 && open_at[column] == level - 1;
+            may_depend && problem.column_orders[column] >= level
         };
         let mut candidates: Vec<Column> = problem.incidence.columns().filter(candidate).collect();
-        candidates.sort_by_key(|&c| (wish(c, problem.column_orders[c] - level), std::cmp::Reverse(c)));
+        let key = |c: Column| (problem.is_state_at(c, level), wish(c, problem.column_orders[c] - level), Reverse(c));
+        candidates.sort_by_key(|&column| key(column));
         let rows: Vec<Row> = problem.incidence.rows().filter(|&row| problem.row_orders[row] >= level).collect();
         let known = plan.sets.len();
         let rows = leave_open(problem, level, rows, &candidates, &mut plan)?;
         for &column in plan.sets[known..].iter().flat_map(|set| &set.candidates) {
-            is_open[column] = true;
+            open_at[column] = level;
         }
-        for column in choose_level(problem, &rows, &candidates, &mut plan.uncertain)? {
+        for column in choose_level(problem, level, &rows, &candidates, &mut plan.uncertain)? {
             plan.dummies[column] = level;
         }
     }
@@ -104,9 +115,8 @@ fn leave_open(
         let entries = problem.incidence.entries(row).filter(|&(_, column)| admitted[column]);
         entries.map(|(e, column)| (column, Coefficient { value: problem.values[e], constant: constant[e] })).collect()
     };
-    let is_state = |column: Column| problem.states[column] && problem.column_orders[column] == level;
     let mut rank = IndexVec::filled(None, problem.incidence.column_count());
-    for (position, &column) in (0..).zip(candidates).filter(|(_, column)| !is_state(**column)) {
+    for (position, &column) in (0..).zip(candidates).filter(|(_, column)| !problem.is_state_at(**column, level)) {
         rank[column] = Some(position);
     }
     let all = Level { level, rows: rows.iter().map(|&row| (row, entries(row))).collect(), rank: &rank };
@@ -131,6 +141,7 @@ fn leave_open(
 /// As many of the candidates as rows, numerically independent as far as possible.
 fn choose_level(
     problem: DummyProblem<'_>,
+    level: u32,
     rows: &[Row],
     candidates: &[Column],
     uncertain: &mut Vec<Row>,
@@ -153,7 +164,9 @@ fn choose_level(
         pushed.expect("invariant: a part of a row that ascends");
     }
     let mut matching = Matching::empty(&pattern);
-    for (k, row) in independent_columns(&matrix) {
+    // What must be a state is a matter of last resort.
+    let reserve = candidates.iter().filter(|&&column| !problem.is_state_at(column, level)).count();
+    for (k, row) in independent_columns_before(&matrix, reserve) {
         matching.assign(Row(row), candidates[k]);
     }
     complete(&pattern, rows, &mut matching, uncertain)?;
@@ -252,6 +265,24 @@ mod tests {
         let always = IndexVec::from_vec(vec![false, true, false, true, false]);
         let plan = choose_dummies(DummyProblem { states: &always, ..problem }, |column, order| (order == 0, column));
         assert_eq!(plan.map(|plan| plan.uncertain), Ok(vec![Row(2)]));
+    }
+
+    /// A length of two coordinates of second order without velocities of their own: both levels are left open for the same two.
+    #[test]
+    fn a_coordinate_may_be_open_on_two_levels() {
+        let incidence: Incidence = "1 rows, 2 columns\neq0: v0 v1\n".parse().expect("text");
+        let problem = DummyProblem {
+            incidence: &incidence,
+            row_orders: &IndexVec::from_vec(vec![2]),
+            column_orders: &IndexVec::from_vec(vec![2, 2]),
+            values: &IndexVec::from_vec(vec![1.0, 0.0]),
+            constant: Some(&IndexVec::from_vec(vec![false, false])),
+            states: &IndexVec::filled(false, 2),
+        };
+        let plan = choose_dummies(problem, |column, order| (order == 0, column)).expect("regular");
+        let sets: Vec<_> = plan.sets.iter().map(|set| (set.level, set.candidates.clone())).collect();
+        assert_eq!(sets, [(1, vec![Column(0), Column(1)]), (2, vec![Column(0), Column(1)])]);
+        assert_eq!((plan.dummies.raw, plan.uncertain), (vec![0, 0], vec![]));
     }
 
     proptest! {

@@ -22,11 +22,18 @@ pub(crate) struct Columns {
 
 /// Chosen columns (positions) with the row each is pivot of; as many as rows if the matrix has full rank.
 pub(crate) fn independent_columns(matrix: &Columns) -> Vec<(usize, u32)> {
+    independent_columns_before(matrix, matrix.columns.len())
+}
+
+/// The same, where columns from position `reserve` on are taken only if those before them are too few, however little is left of these.
+pub(crate) fn independent_columns_before(matrix: &Columns, reserve: usize) -> Vec<(usize, u32)> {
     let mut elimination = Elimination::new(matrix);
-    let mut open: Vec<usize> = (0..matrix.columns.len()).collect();
-    for least in LEAST_REST {
-        if elimination.chosen.len() < matrix.rows {
-            open.retain(|&k| !elimination.take(&matrix.columns[k], k, least));
+    for range in [0..reserve, reserve..matrix.columns.len()] {
+        let mut open: Vec<usize> = range.collect();
+        for least in LEAST_REST {
+            if elimination.chosen.len() < matrix.rows {
+                open.retain(|&k| !elimination.take(&matrix.columns[k], k, least));
+            }
         }
     }
     elimination.chosen
@@ -136,7 +143,11 @@ mod tests {
         assert_eq!(chosen(vec![a.clone(), nearly.clone(), b.clone()]), [0, 2]);
         assert_eq!(chosen(vec![a.clone(), nearly]), [0, 1]);
         assert_eq!(chosen(vec![a.clone(), a.clone()]), [0]);
-        assert_eq!(chosen(vec![b.clone(), b, a]), [0, 2]);
+        assert_eq!(chosen(vec![b.clone(), b.clone(), a.clone()]), [0, 2]);
+        // A column in reserve gives way to one of which little is left.
+        let columns = vec![a.clone(), vec![(0, 2.0), (1, 2.0 + 1e-6)], b];
+        let chosen = independent_columns_before(&Columns { rows: 2, columns }, 2);
+        assert_eq!(chosen.iter().map(|chosen| chosen.0).collect::<Vec<_>>(), [0, 1]);
     }
 
     #[test]
