@@ -37,6 +37,8 @@ const NOISE: f64 = 1e-14;
 /// a slight one.
 const ROUNDING: f64 = 1e-9;
 const FINE_ROUNDING: f64 = 1e-9;
+/// After so many events that left a relation as it was, its function is not believed between the ends of a step of the one-step method.
+const FUTILE: u32 = 8;
 /// A root function that has never been larger may have been nothing but rounding all the time.
 const SMALL: f64 = 1e-4;
 /// Relations that turn back within this many final brackets after an event belong to the same instant.
@@ -64,6 +66,10 @@ pub(crate) struct RootWatch {
     noise: Vec<f64>,
     /// Sizes below which a sign has been seen to be rounding ([`RootWatch::ignore_rounding`]).
     rounding: Vec<f64>,
+    /// Truths before the last event.
+    before: Vec<bool>,
+    /// Events that left a relation as it was or took back at once what the one before had done, less those that did not.
+    futile: Vec<u32>,
     /// The largest values so far.
     largest: Vec<f64>,
     left: Vec<f64>,
@@ -90,6 +96,8 @@ impl RootWatch {
             from: f64::NEG_INFINITY,
             noise: vec![0.0; roots],
             rounding: vec![0.0; roots],
+            before: vec![false; roots],
+            futile: vec![0; roots],
             largest: vec![0.0; roots],
             left: vec![0.0; roots],
             right: vec![0.0; roots],
@@ -108,12 +116,29 @@ impl RootWatch {
         if self.held.is_empty() {
             return;
         }
-        self.from = t;
+        let rounding = SAME_INSTANT * TIME_ULPS * f64::EPSILON * t.abs();
+        let at_once = t - std::mem::replace(&mut self.from, t) <= rounding;
+        self.before.copy_from_slice(&self.held);
         problem.system.held(&mut self.held);
         problem.system.roots(t, y, yp, &mut self.left);
+        for k in (0..self.held.len()).filter(|&k| self.fired[k]) {
+            let futile = &mut self.futile[k];
+            *futile = match self.before[k] == self.held[k] {
+                true => futile.saturating_add(1),
+                false if at_once => futile.saturating_add(2),
+                false => futile.saturating_sub(1),
+            };
+        }
         for k in 0..self.held.len() {
             self.resting[k] = self.left[k] == 0.0 && self.held[k];
         }
+    }
+
+    /// True if a relation that fired last has again and again been left as it was, or been set back at once.  Where a fast motion is stepped over, a rate in it
+    /// (`der(i) > 0` of a current that follows a voltage within picoseconds) swings within the step: its polynomial of order four leaves
+    /// the start and comes to the end as it should, but not on the way.
+    pub(crate) fn is_futile(&self) -> bool {
+        self.fired.iter().zip(&self.futile).any(|(&fired, &futile)| fired && futile >= FUTILE)
     }
 
     /// The relations that fired last come back at once, with this effect: their functions may be zero but for rounding, as

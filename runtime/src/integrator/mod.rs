@@ -65,6 +65,8 @@ pub(crate) struct Integrator {
     interruptible: bool,
     /// The step to come is the first after an event: it is one of the one-step method, whose past BDF takes over at order 4.
     starting: bool,
+    /// It is one of BDF instead.
+    straight: bool,
     /// The run has had its first start.
     begun: bool,
     scratch: Vec<f64>,
@@ -96,6 +98,7 @@ impl Integrator {
             interruption: Interruption::new(),
             interruptible: false,
             starting: false,
+            straight: false,
             begun: false,
             scratch: vec![0.0; structure.unknowns],
             phases: Vec::with_capacity(MOST_PHASES),
@@ -120,7 +123,7 @@ impl Integrator {
         let rival = if solver == Solver::Auto { Rival::OneStep } else { Rival::LowOrder };
         self.monitor = Monitor::new(rival);
         let method = if solver == Solver::Esdirk { Method::Esdirk } else { Method::Bdf };
-        self.begun = false;
+        (self.begun, self.straight) = (false, false);
         self.crowding = Crowding::new();
         self.interruption = Interruption::new();
         self.phases.clear();
@@ -144,6 +147,11 @@ impl Integrator {
         }
     }
 
+    /// Whether the next start is one of BDF, whose first step is straight in all unknowns.
+    pub(crate) fn begin_straight(&mut self, straight: bool) {
+        self.straight = straight;
+    }
+
     /// Starts anew from consistent values `(y, y')`, after the start or an event; `states`: the unknowns that are states now.
     pub(crate) fn restart(
         &mut self,
@@ -160,7 +168,7 @@ impl Integrator {
             self.phases.clear();
             self.phases.push(MethodPhase { from: t, method: Method::Esdirk, reason: Reason::Start });
         }
-        self.starting = std::mem::replace(&mut self.begun, true) && plain;
+        self.starting = std::mem::replace(&mut self.begun, true) && plain && !self.straight;
         self.interruptible = plain && !structure.inputs.is_empty() && self.solver == Solver::Auto;
         self.watched = structure.unknowns >= LEAST_UNKNOWNS && plain;
         self.monitor.restart();

@@ -114,6 +114,8 @@ impl Simulator {
             first.fourth_order = first.fourth_order.max(self.integrator.step_and_most().0);
         }
         let structure = run.problem.system.structure();
+        // What BDF begins with has no curve between the ends of its step.
+        self.integrator.begin_straight(self.roots.is_futile());
         self.integrator.restart(structure, t, (&self.point.y, &self.point.yp, &self.states), first);
         if let Some(sensitivity) = &mut self.sensitivity {
             sensitivity.restart(run.problem, t, &self.point.y, &self.point.yp);
