@@ -17,7 +17,7 @@ VERDICTS = {
 HEAD = """# The Modelica Standard Library
 
 Written by `tests/msl/run`, from version 4.1.0 of the library and the results that the Modelica Association publishes beside it
-(`modelica/MAP-LIB_ReferenceResults`, made by another program). A model is run over the time of its reference; every signal named there is held against the
+(`modelica/MAP-LIB_ReferenceResults`, made by another program). A model is run over the time of its reference; every signal named there is compared with the
 reference in a tube of 0.002 of its range and of the time. Seconds are of the processor, for the whole command: reading the library, translating, running and writing.
 """
 

@@ -3,7 +3,7 @@
 //! Both are read off the decimal digits, which are the same on every machine, while a logarithm beside a power of ten is a matter of its
 //! last digit.
 
-/// The whole number `n` with `10^n <= x < 10^(n+1)`; 0 for what is not positive or not finite.
+/// The integer `n` with `10^n <= x < 10^(n+1)`; 0 for what is not positive or not finite.
 pub(crate) fn decade(x: f64) -> i32 {
     let digits = if x > 0.0 { format!("{x:e}") } else { String::new() };
     digits.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)

@@ -1,7 +1,7 @@
 //! Clocks of a flat model: clocked equations become discrete equations that hold at ticks (Modelica 3.6, chapter 16).
 //!
 //! Variables that share an equation share a clock; what the operators of clocks relate are such *partitions* ([`partition`]).  Their
-//! rates follow from the clocks that the text constructs and from the operators between them, exact in whole numbers ([`rates`]).  Rates of
+//! rates follow from the clocks that the text constructs and from the operators between them, exact in integers ([`rates`]).  Rates of
 //! one base share one event per instant, so clocks that tick together do so in the same pass of the same event ([`ticks`]).  Within a
 //! partition it is found out which equation determines which variable; `v = e` then holds at its ticks, and between them `v` keeps its
 //! value: `v = if tick then e else pre(v)` ([`assignment`]).  Derivatives in a clocked partition are those of a method of one step

@@ -205,7 +205,7 @@ fn backward(kind: &ClockKind, value: Rate) -> Option<Result<Rate, Fault>> {
     }
 }
 
-/// True if a relation holds between two known rates; a factor that is left out may be any whole number.
+/// True if a relation holds between two known rates; a factor that is left out may be any integer.
 fn agrees(kind: &ClockKind, source: Rate, value: Rate) -> bool {
     match kind {
         ClockKind::Sub(None) => is_multiple(value, source),

@@ -48,7 +48,7 @@ stored! {
     Routines { bind, late_starts, simulation, initial, events }
     PlanRoutines { assign, residual, closing, closing_rows, assigned_nominals, jacobian, extra, state_pattern, rate_pattern }
     EventRoutines {
-        truths, instants, timed, late, rooted, by_time, time_roots, discrete, reinits, reinit_unknowns,
+        truths, instants, timed, late, steering, rooted, by_time, time_roots, discrete, reinits, reinit_unknowns,
         reads_solution, checks, pivots,
     }
     TimedRelation { relation, rises, right_after }

@@ -131,10 +131,15 @@ impl Instance {
         }
     }
 
-    /// True if a discrete variable or a relation is not what it was; solutions that a repetition reads differ by rounding at least.
+    /// True if a discrete variable is not what it was, or a relation of which more depends than discrete variables (`quenched = i < 1e-3 or
+    /// pre(quenched)` does not ask for `i < 1e-3` once it is true); solutions that a repetition reads differ by rounding at least.
     fn differs(&self) -> bool {
         let layout = &self.loaded.model.area;
-        let mut positions = layout.discrete.clone().chain(layout.held.clone()).zip(&self.memory.before);
+        let steering = &self.loaded.model.routines.events.steering;
+        let steers = |index: u32| steering.get((index - layout.held.start) as usize).is_none_or(|&steers| steers);
+        let held = layout.held.clone().zip(&self.memory.before[layout.discrete.len()..]);
+        let held = held.filter(|&(index, _)| steers(index));
+        let mut positions = layout.discrete.clone().zip(&self.memory.before).chain(held);
         let allowed = |a: f64, b: f64| match self.memory.repetitions {
             0 => 0.0,
             1..MANY_REPETITIONS => SAME_SOLUTION * a.abs().max(b.abs()),

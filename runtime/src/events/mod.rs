@@ -1,6 +1,6 @@
 //! Events: finding where a relation changes ([`roots`]) and settling the system there ([`iteration`]).
 //! Events that pile up end a run ([`chatter`]), and so does one that does not settle ([`cycle`]), unless they have no effect
-//! ([`effect`]).
+//! ([`effect`]) or switch by rounding ([`rounding`]).
 //!
 //! Between events relations keep their truth values.  After each step the root functions are compared with the held values; the
 //! first change within the step is located on the dense output.  At an event discrete equations run until nothing
@@ -12,6 +12,7 @@ pub(crate) mod cycle;
 pub(crate) mod effect;
 pub(crate) mod iteration;
 pub(crate) mod roots;
+pub(crate) mod rounding;
 
 use hyd_system::RootInfo;
 

@@ -12,6 +12,7 @@
 use hyd_system::Structure;
 
 use crate::events::effect::Effect;
+use crate::events::rounding::rounding_of_roots;
 use crate::initial::consistent::Consistency;
 use crate::integrator::Integrator;
 use crate::problem::Problem;
@@ -37,8 +38,10 @@ const NOISE: f64 = 1e-14;
 /// a slight one.
 const ROUNDING: f64 = 1e-9;
 const FINE_ROUNDING: f64 = 1e-9;
-/// After so many events that left a relation as it was, its function is not believed between the ends of a step of the one-step method.
+/// After so many events that left a relation as it was its function is not believed between the ends of a step of the one-step method.
 const FUTILE: u32 = 8;
+/// An event that follows after such a part of the time since the one before comes at once.
+const AT_ONCE: f64 = 1e-3;
 /// A root function that has never been larger may have been nothing but rounding all the time.
 const SMALL: f64 = 1e-4;
 /// Relations that turn back within this many final brackets after an event belong to the same instant.
@@ -61,6 +64,8 @@ pub(crate) struct RootWatch {
     resting: Vec<bool>,
     /// Time of the last event or the start (s): nothing happens before it, also where a step's begin is rounded to before it.
     from: f64,
+    /// Time between the last two events (s).
+    gap: f64,
     /// Sizes below which a sign is rounding, for functions that begin the step at zero: a mass that leaves its stop is not beyond it by
     /// 1e-41 m on the way.
     noise: Vec<f64>,
@@ -94,6 +99,7 @@ impl RootWatch {
             held: vec![false; roots],
             resting: vec![false; roots],
             from: f64::NEG_INFINITY,
+            gap: 0.0,
             noise: vec![0.0; roots],
             rounding: vec![0.0; roots],
             before: vec![false; roots],
@@ -111,13 +117,26 @@ impl RootWatch {
         }
     }
 
+    /// Forgets what was seen in a run before.
+    pub(crate) fn reset(&mut self) {
+        (self.from, self.gap) = (f64::NEG_INFINITY, 0.0);
+        self.futile.fill(0);
+        for flags in [&mut self.held, &mut self.resting, &mut self.before, &mut self.fired] {
+            flags.fill(false);
+        }
+        for sizes in [&mut self.noise, &mut self.rounding, &mut self.largest] {
+            sizes.fill(0.0);
+        }
+    }
+
     /// Takes over held truths and values just after the start or an event.
     pub(crate) fn restart(&mut self, problem: &mut Problem<'_>, t: f64, y: &[f64], yp: &[f64]) {
         if self.held.is_empty() {
             return;
         }
-        let rounding = SAME_INSTANT * TIME_ULPS * f64::EPSILON * t.abs();
-        let at_once = t - std::mem::replace(&mut self.from, t) <= rounding;
+        let gap = t - std::mem::replace(&mut self.from, t);
+        let before = std::mem::replace(&mut self.gap, gap);
+        let at_once = before.is_finite() && gap <= AT_ONCE * before;
         self.before.copy_from_slice(&self.held);
         problem.system.held(&mut self.held);
         problem.system.roots(t, y, yp, &mut self.left);
@@ -134,11 +153,26 @@ impl RootWatch {
         }
     }
 
-    /// True if a relation that fired last has again and again been left as it was, or been set back at once.  Where a fast motion is stepped over, a rate in it
-    /// (`der(i) > 0` of a current that follows a voltage within picoseconds) swings within the step: its polynomial of order four leaves
-    /// the start and comes to the end as it should, but not on the way.
+    /// True if a relation that fired last has again and again been left as it was, or been set back at once.  Where a fast motion is
+    /// stepped over, a rate in it swings within the step: the polynomial of order four leaves the start and comes to the end as it should,
+    /// but not on the way.
     pub(crate) fn is_futile(&self) -> bool {
         self.fired.iter().zip(&self.futile).any(|(&fired, &futile)| fired && futile >= FUTILE)
+    }
+
+    /// Measures at the point of the last event how much of the functions that fired is rounding; from now on they are heard beyond that.
+    pub(crate) fn measure_rounding(
+        &mut self,
+        problem: &mut Problem<'_>,
+        consistency: &mut Consistency,
+        weights: &Weights,
+        place: (f64, f64),
+        values: (&[f64], &[f64]),
+    ) {
+        let sizes = rounding_of_roots(problem, consistency, weights, place, values, &self.left);
+        for k in (0..self.held.len()).filter(|&k| self.fired[k]) {
+            self.rounding[k] = self.rounding[k].max(sizes[k]);
+        }
     }
 
     /// The relations that fired last come back at once, with this effect: their functions may be zero but for rounding, as

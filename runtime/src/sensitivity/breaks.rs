@@ -57,7 +57,7 @@ impl Breaks {
         }
     }
 
-    /// Branches without an event are known, so that no step goes over one.
+    /// Branches without an event are known, so that no step crosses one.
     pub(super) fn located(&self) -> bool {
         !self.left.is_empty()
     }

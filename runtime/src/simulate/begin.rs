@@ -32,6 +32,7 @@ impl Simulator {
         self.weights.configure(run.options.tolerance, included);
         self.consistency.reset(&self.weights.nominals);
         self.consistency.read_states(run.problem);
+        self.roots.reset();
         let share = if run.problem.system.structure().roots > 0 { MOST_OF_RUN_WITH_ROOTS } else { MOST_OF_RUN };
         let max_step = run.options.max_step.unwrap_or(share * span);
         let (solver, max_order) = (run.options.solver, run.options.max_order);
@@ -115,7 +116,7 @@ impl Simulator {
         }
         let structure = run.problem.system.structure();
         // What BDF begins with has no curve between the ends of its step.
-        self.integrator.begin_straight(self.roots.is_futile());
+        self.integrator.begin_straight(run.chatter.is_close() || self.roots.is_futile());
         self.integrator.restart(structure, t, (&self.point.y, &self.point.yp, &self.states), first);
         if let Some(sensitivity) = &mut self.sensitivity {
             sensitivity.restart(run.problem, t, &self.point.y, &self.point.yp);

@@ -73,6 +73,10 @@ impl Simulator {
             let after = (&self.point.y[..], &self.point.yp[..]);
             self.roots.ignore_rounding(before.effect(run.problem, &self.weights, (t, span), after));
         }
+        if !is_asked && !outcome.reinitialised && (!outcome.changed || run.chatter.is_close()) {
+            let (place, values) = ((t, self.integrator.step_size()), (&self.point.y[..], &self.point.yp[..]));
+            self.roots.measure_rounding(run.problem, &mut self.consistency, &self.weights, place, values);
+        }
         Ok(())
     }
 }

@@ -166,7 +166,7 @@ fn what_ends_at_the_limit_is_said() {
     assert_eq!(base["at_limit"], true, "{report:#}");
 }
 
-/// A valley so narrow and bent that no fit comes to its end: its values are shown, and the command fails like a solver.
+/// A minimum so narrow and curved that no fit converges: its values are shown, and the command fails like a solver.
 #[test]
 fn a_fit_that_does_not_converge_fails_and_shows_its_values() {
     let folder = Scratch::new();

@@ -2,7 +2,7 @@
 //!
 //! Joukowsky's step and its returns are exact without friction; the quarter wave rings with a/(4 l), with a vessel at
 //! its end at the root of w C Z tan(w l/a) = 1; lines of cells come closer by the square of their number, and so do few
-//! segments of waves with friction to many. The drive behind accumulator and line is held against a solution by
+//! segments of waves with friction to many. The drive behind accumulator and line is compared with a solution by
 //! characteristics of another code, good to 5 us of smearing at steps (`tests/data/reference/README.md`).
 
 use std::f64::consts::PI;

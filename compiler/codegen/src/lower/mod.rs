@@ -16,7 +16,7 @@ mod straight;
 use std::sync::Arc;
 
 use hyd_equations::{Assignment, Check, OperandRange, PlanJacobian, Role, SortedSystem, Trigger};
-use hyd_flat::Target;
+use hyd_flat::{Section, Target};
 use hyd_index::TypedIndex;
 use hyd_payload::{Backend, EventRoutines, Routines, TimedRelation};
 use hyd_symbolic::{Arena, NodeId, SlotId};
@@ -224,6 +224,7 @@ impl EventLowering<'_> {
             instants: self.rows(program, "instants", &instants)?,
             timed,
             late: late::late_relations(self.sorted),
+            steering: self.steering(),
             rooted,
             by_time,
             time_roots: push(program, "time roots", time_roots),
@@ -261,6 +262,23 @@ impl EventLowering<'_> {
         }
         let kernels = batch.kernels(&mut program.tables);
         Ok(push(program, "discrete", kernels))
+    }
+
+    /// Which relations the equations of the run read, or other relations.
+    fn steering(&self) -> Vec<bool> {
+        let mut steering = vec![false; self.sorted.relations.len()];
+        let system = &self.sorted.system;
+        let continuous = [Section::Continuous, Section::Selection, Section::Pivot];
+        let equations = continuous.into_iter().flat_map(|section| system.equations_in(section));
+        let ranges = equations.map(|eq| system.equations[eq].operands);
+        for range in ranges.chain(self.sorted.relations.iter().map(|relation| relation.operands)) {
+            for operand in system.operands_of(range) {
+                if let Target::Held(k) = operand.target() {
+                    steering[k as usize] = true;
+                }
+            }
+        }
+        steering
     }
 
     /// True if what happens at an event reads what the solver finds for the discrete variables of that event: rates, unknowns that are
