@@ -66,7 +66,7 @@ pub struct EventRoutines {
     pub timed: Vec<TimedRelation>,
     /// Relations over discrete variables of the same event that do not follow from them: they keep up with those within a pass.
     pub late: Vec<u32>,
-    /// Whether each relation is read by the equations of the run or by another relation, and not only by discrete equations and checks.
+    /// Whether each relation is read by the equations of the start or the run, or by another relation, and not only by discrete equations and checks.
     pub steering: Vec<bool>,
     /// Relations behind the root functions.
     pub rooted: Vec<u32>,

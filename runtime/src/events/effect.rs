@@ -15,7 +15,7 @@ const PART: f64 = 0.1;
 const NEARLY: f64 = 1e3;
 /// Both sides of a relation are equal but for rounding where their difference is smaller.
 const ROUNDING: f64 = 1e-9;
-/// Both sides of a relation are equal within the tolerance where their difference is less than so much of it, and so are unknowns.
+/// Both sides of a relation are equal within the tolerance where their difference is less than so much of it.
 const EQUAL: f64 = 0.5;
 
 /// A value below this part of its size is zero but for rounding.
@@ -67,16 +67,6 @@ impl Before {
         (t, span): (f64, f64),
         (y, yp): (&[f64], &[f64]),
     ) -> Effect {
-        match self.change(problem, weights, span, (y, yp)) {
-            (moved, _) if moved > PART => Effect::Full,
-            (_, drift) if drift <= PART && self.discrete == discrete_values(problem, t, (y, yp)) => Effect::None,
-            (_, drift) if drift <= NEARLY => Effect::Slight,
-            _ => Effect::Full,
-        }
-    }
-
-    /// In tolerances: how far unknowns have moved, and how far the change of rates would move a state within the run.
-    fn change(&self, problem: &mut Problem<'_>, weights: &Weights, span: f64, (y, yp): (&[f64], &[f64])) -> (f64, f64) {
         let mut states = problem.system.structure().differential.clone();
         problem.system.states(&mut states);
         let (mut moved, mut drift) = (0.0_f64, 0.0_f64);
@@ -87,7 +77,12 @@ impl Before {
                 drift = drift.max(turned * span * weights.all[k]);
             }
         }
-        (moved, drift)
+        match (moved, drift) {
+            (moved, _) if moved > PART => Effect::Full,
+            (_, drift) if drift <= PART && self.discrete == discrete_values(problem, t, (y, yp)) => Effect::None,
+            (_, drift) if drift <= NEARLY => Effect::Slight,
+            _ => Effect::Full,
+        }
     }
 
     /// True if nothing is different now but the truth of relations whose sides are equal but for rounding.
@@ -102,23 +97,21 @@ impl Before {
             && self.effect(problem, weights, (t, span), (y, yp)) == Effect::None
     }
 
-    /// True if relations have switched whose sides are equal within the tolerance, and the unknowns have not moved beyond it, nor their rates
-    /// noticeably.  Where passes of this kind lead back to where they began, either truth gives the same solution: whether a switch
-    /// without a current conducts does not matter.
-    pub(crate) fn switches_quietly(
+    /// True if relations and discrete variables are what they were two passes ago (`earlier`), and the pass in between has neither moved the
+    /// unknowns beyond the tolerance nor changed their rates noticeably.  The sides of the relations that switch to and fro are equal within the
+    /// tolerance, and either truth gives the same solution: whether a switch without a current conducts does not matter.
+    pub(crate) fn alternates(
         &self,
+        earlier: &Before,
         problem: &mut Problem<'_>,
         weights: &Weights,
         (t, span): (f64, f64),
         (y, yp): (&[f64], &[f64]),
     ) -> bool {
-        let (moved, drift) = self.change(problem, weights, span, (y, yp));
-        moved <= EQUAL && drift <= NEARLY && self.switched_within(EQUAL * weights.tolerance(), problem, t, (y, yp))
-    }
-
-    /// True if relations and discrete variables are now what they were here.
-    pub(crate) fn is_here_again(&self, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64])) -> bool {
-        self.held == held(problem) && self.discrete == discrete_values(problem, t, (y, yp))
+        earlier.held == held(problem)
+            && earlier.discrete == discrete_values(problem, t, (y, yp))
+            && self.switched_within(EQUAL * weights.tolerance(), problem, t, (y, yp))
+            && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
     }
 
     /// True if relations have switched whose sides are equal within the tolerance, and nothing else: unknowns are within it where they were,
@@ -131,7 +124,8 @@ impl Before {
         (y, yp): (&[f64], &[f64]),
     ) -> bool {
         self.discrete == discrete_values(problem, t, (y, yp))
-            && self.switches_quietly(problem, weights, (t, span), (y, yp))
+            && self.switched_within(EQUAL * weights.tolerance(), problem, t, (y, yp))
+            && self.effect(problem, weights, (t, span), (y, yp)) != Effect::Full
     }
 
     /// True if relations have switched, and the sides of each of them are no further apart.

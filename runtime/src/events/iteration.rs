@@ -20,8 +20,6 @@ use crate::weights::Weights;
 const MOST_PASSES: usize = 100;
 /// After so many it is looked whether they change anything.
 const MANY_PASSES: usize = 10;
-/// Most passes after which what switches by rounding is looked for where it was: three relations that take turns need three or six.
-const LONGEST_CYCLE: usize = 12;
 
 /// What an event did.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -63,7 +61,7 @@ pub(crate) fn settle(
     let mut before = Vec::new();
     let mut cycle = Cycle::default();
     let mut by_rounding = false;
-    let mut earlier: Vec<Before> = Vec::new();
+    let mut earlier: Option<Before> = None;
     for pass in 0..MOST_PASSES {
         if pass + 1 == MOST_PASSES {
             before.resize(problem.system.structure().roots, false);
@@ -115,17 +113,13 @@ pub(crate) fn settle(
         if by_rounding && !change.unsettled {
             return Ok(outcome);
         }
-        if let Some(own) = before_pass {
-            // Back where it was some passes ago, and nothing that counts has moved on the way.
-            let quiet = !change.reinitialised && own.switches_quietly(problem, weights, (t, span), (y, yp));
-            if quiet && earlier.iter().any(|earlier| earlier.is_here_again(problem, t, (y, yp))) {
-                return Ok(outcome);
-            }
-            if !quiet || earlier.len() >= LONGEST_CYCLE {
-                earlier.clear();
-            }
-            earlier.push(own);
+        if let (Some(before), Some(earlier)) = (&before_pass, &earlier)
+            && !change.reinitialised
+            && before.alternates(earlier, problem, weights, (t, span), (y, yp))
+        {
+            return Ok(outcome);
         }
+        earlier = before_pass;
         cycle.note(problem, (pass, MOST_PASSES), (t, &*y, &*yp));
         phase = if change.unsettled || together { EventPhase::Repeat } else { EventPhase::Iterate };
     }

@@ -264,12 +264,12 @@ impl EventLowering<'_> {
         Ok(push(program, "discrete", kernels))
     }
 
-    /// Which relations the equations of the run read, or other relations.
+    /// Which relations the equations of the start or the run read, or other relations.
     fn steering(&self) -> Vec<bool> {
         let mut steering = vec![false; self.sorted.relations.len()];
         let system = &self.sorted.system;
-        let continuous = [Section::Continuous, Section::Selection, Section::Pivot];
-        let equations = continuous.into_iter().flat_map(|section| system.equations_in(section));
+        let solved = [Section::Continuous, Section::Initial, Section::Selection, Section::Pivot];
+        let equations = solved.into_iter().flat_map(|section| system.equations_in(section));
         let ranges = equations.map(|eq| system.equations[eq].operands);
         for range in ranges.chain(self.sorted.relations.iter().map(|relation| relation.operands)) {
             for operand in system.operands_of(range) {

@@ -7,9 +7,7 @@
 use hyd_flat::{Section, StateSelect, Target, VarId};
 use hyd_index::{IndexVec, TypedIndex};
 use hyd_source::{Code, Diagnostic};
-use hyd_structure::{
-    CandidateSet, Column, DummyPlan, DummyProblem, Entry, Incidence, NoChoice, Row, choose_dummies, pantelides,
-};
+use hyd_structure::{CandidateSet, Column, DummyProblem, Entry, Incidence, Row, choose_dummies, pantelides};
 use hyd_symbolic::{NodeId, SlotId, TemplateId, partial, slots};
 use rustc_hash::FxHashMap;
 
@@ -18,15 +16,11 @@ use crate::alias::representative::block_of_variable;
 use crate::balance::simulation_unknowns;
 use crate::incidence::{Unknowns, pattern};
 use crate::index_reduction::time_derivative::NotDifferentiable;
-use crate::plan::bindings::sort_bindings;
 use crate::start_point::{StartPoint, typical};
 use crate::system::{EqId, EquationSystem, Role};
 
 /// An equation is differentiated at most as often as this; no model of a real thing comes near.
 const MOST_ORDER: u32 = 100;
-
-/// Points away from the start values at which the choice of states is tried where the start values are singular.
-const POINTS: u32 = 3;
 
 /// What is to be done.
 pub(crate) struct ReductionPlan {
@@ -100,32 +94,35 @@ pub(crate) fn plan_reduction(
         .collect();
     let highest: Vec<u32> = values.iter().map(|&(_, column)| plan.order_above(column)).collect();
     let variables: Vec<VarId> = values.iter().map(|value| value.0).collect();
+    let point = StartPoint::new(system, algebra)?;
+    let leading = Leading::new(system, algebra, &equations, &variables, &highest, &point);
     let wishes = Wishes::new(system);
     let always = variables.iter().map(|&v| wishes.is_always(system, v)).collect();
-    let orders = Orders {
-        rows: IndexVec::from_vec(equations.iter().map(|equation| equation.1).collect()),
-        columns: IndexVec::from_vec(highest.clone()),
-        always: IndexVec::from_vec(always),
-        open,
+    let always = IndexVec::from_vec(always);
+    let problem = DummyProblem {
+        incidence: &leading.incidence,
+        row_orders: &IndexVec::from_vec(equations.iter().map(|equation| equation.1).collect()),
+        column_orders: &IndexVec::from_vec(highest.clone()),
+        values: &leading.values,
+        constant: open.then_some(&leading.constant),
+        states: &always,
     };
-    let point = StartPoint::new(system, algebra)?;
-    let mut leading = Leading::new(system, algebra, &equations, &variables, &highest, &point);
     let wish = |column: Column, order| wishes.of(system, variables[column.index()], order);
-    let mut choice = leading.choice(&orders, wish);
-    // What is singular at the start values, as a mechanism with all angles at zero, need not be so elsewhere.
-    for seed in 0..POINTS {
-        if choice.as_ref().is_ok_and(|choice| orders.is_granted(choice)) {
-            break;
+    let choice = choose_dummies(problem, wish);
+    // Where too little is left to choose from during the run, a choice made once may have what the start asks for.
+    let choice = match choice {
+        Ok(open) if open.uncertain.is_empty() => Ok(open),
+        found => {
+            let once = choose_dummies(DummyProblem { constant: None, ..problem }, wish);
+            match (found, once) {
+                (Ok(open), Ok(once)) if !once.uncertain.is_empty() => {
+                    Ok(if open.sets.is_empty() { once } else { open })
+                }
+                (Ok(open), Err(_)) => Ok(open),
+                (_, once) => once,
+            }
         }
-        let bindings = sort_bindings(system, algebra)?.assignments;
-        let point = StartPoint::scattered(system, &bindings, seed);
-        let elsewhere = Leading::new(system, algebra, &equations, &variables, &highest, &point);
-        let wish = |column: Column, order| wishes.of(system, variables[column.index()], order);
-        let other = elsewhere.choice(&orders, wish);
-        if other.as_ref().is_ok_and(|other| orders.is_granted(other)) {
-            (leading, choice) = (elsewhere, other);
-        }
-    }
+    };
     let choice = choice.map_err(|_| singular(hyd_structure::NotReducible::Malformed))?;
     let triples = variables.iter().zip(&highest).zip(choice.dummies.iter());
     let sets = choice.sets.iter().map(|set| leading.open_set(set, &variables, &highest)).collect();
@@ -171,50 +168,7 @@ struct Leaf {
     slope: NodeId,
 }
 
-/// What the choice of dummy derivatives asks of equations and variables.
-struct Orders {
-    /// How often each equation is differentiated.
-    rows: IndexVec<Row, u32>,
-    /// Highest derivative of each variable.
-    columns: IndexVec<Column, u32>,
-    /// Variables that must be states.
-    always: IndexVec<Column, bool>,
-    /// The choice is left to the run where it may have to change.
-    open: bool,
-}
-
-impl Orders {
-    /// True if the values are regular for a choice and all that must be states are.
-    fn is_granted(&self, choice: &DummyPlan) -> bool {
-        let dependent = |(column, &dummies): (Column, &u32)| self.always[column] && dummies == self.columns[column];
-        choice.uncertain.is_empty() && !choice.dummies.iter_enumerated().any(dependent)
-    }
-}
-
 impl Leading {
-    /// The dummy derivatives at the values of this point.
-    fn choice<W: Ord>(&self, orders: &Orders, wish: impl Fn(Column, u32) -> W) -> Result<DummyPlan, NoChoice> {
-        let problem = DummyProblem {
-            incidence: &self.incidence,
-            row_orders: &orders.rows,
-            column_orders: &orders.columns,
-            values: &self.values,
-            constant: orders.open.then_some(&self.constant),
-            states: &orders.always,
-        };
-        let open = choose_dummies(problem, &wish);
-        if open.as_ref().is_ok_and(|open| open.uncertain.is_empty()) {
-            return open;
-        }
-        // Where too little is left to choose from during the run, a choice made once may have what the start asks for.
-        let once = choose_dummies(DummyProblem { constant: None, ..problem }, &wish);
-        match (open, once) {
-            (Ok(open), Ok(once)) if !once.uncertain.is_empty() => Ok(if open.sets.is_empty() { once } else { open }),
-            (Ok(open), Err(_)) => Ok(open),
-            (_, once) => once,
-        }
-    }
-
     fn new(
         system: &mut EquationSystem,
         algebra: &mut Algebra,
