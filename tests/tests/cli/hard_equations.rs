@@ -65,3 +65,15 @@ fn an_amplifier_between_its_limits_is_found_piece_by_piece() {
     let right = -2.0 * 1.0_f64.cos() / (1.0 + 3e-6);
     assert!((out - right).abs() < 1e-8, "{out} instead of {right}");
 }
+
+#[test]
+fn a_relation_that_changes_nothing_is_not_heard_again_and_again() {
+    let folder = Scratch::new();
+    folder.write("arc.mo", include_str!("../../language/events/arc_that_stays_quenched.mo"));
+    let outcome = run(folder.path(), &["simulate", "arc.mo", "--stop", "2", "--json"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let summary: serde_json::Value = serde_json::from_str(&outcome.stdout).expect("a summary");
+    let events = summary["counters"]["state_events"].as_u64().expect("a number");
+    // Some thousand where the relation is heard by each rounding.
+    assert!(events < 50, "{events} events");
+}
