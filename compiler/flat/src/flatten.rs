@@ -77,6 +77,8 @@ impl<'t, 's> Flattener<'t, 's> {
             functions: Flattener::call_outputs,
             typing: Typing::default(),
             paths: FxHashMap::default(),
+            draws_met: FxHashMap::default(),
+            drawn: 0,
         }
     }
 
@@ -103,6 +105,7 @@ impl<'t, 's> Flattener<'t, 's> {
         let bindings = self.model.equations.len();
         before_sections(&mut self);
         self.sections(root, Pass::Equations);
+        self.settle_draws();
         self.check_injections();
         let sections = self.model.equations.len();
         self.connect_all();

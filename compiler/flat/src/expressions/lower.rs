@@ -428,7 +428,11 @@ impl Flattener<'_, '_> {
             }
             return Ok(Vec::new());
         }
-        Ok(match self.call(expr, cx)? {
+        // Whoever asks for the value next makes the same call.
+        let met = self.draws_met.clone();
+        let called = self.call(expr, cx);
+        self.draws_met = met;
+        Ok(match called? {
             Local::Array(_, shape) | Local::Records(_, shape) => shape,
             _ => Vec::new(),
         })

@@ -3,7 +3,7 @@
 //! What is known of them stands in `hyd_instance::external`.  Tables are functions of the run, made once per table and column; all others
 //! are computed at translation and need arguments that are known then.
 
-use hyd_instance::external::{Given, ObjectKind, TableFunction, is_effect_only};
+use hyd_instance::external::{Given, ObjectKind, TableFunction, draws_hidden, is_effect_only, sets_hidden_state};
 use hyd_instance::{ScalarType, Value};
 use hyd_source::{Code, Span};
 use hyd_symbolic::{BodyId, Node, NodeId, SlotId, Step};
@@ -39,6 +39,17 @@ impl Flattener<'_, '_> {
             let went_well = self.literal(1.0, ScalarType::Boolean);
             let outputs = callee.outputs().map(|output| (output.name.name.clone(), Local::Node(went_well.clone())));
             return Ok(outputs.collect());
+        }
+        if sets_hidden_state(name) {
+            let state = match external.arguments.first().map(|argument| &argument.kind) {
+                Some(Kind::Local(local)) => inner.local(local.name()).cloned(),
+                _ => None,
+            };
+            self.set_hidden_state(span, state.as_ref(), cx)?;
+            return Ok(Vec::new());
+        }
+        if draws_hidden(name) {
+            return self.draw(span, callee, cx);
         }
         if let Some(function) = TableFunction::of(name) {
             let node = self.call_table(span, external, function, &mut inner, cx)?;

@@ -24,8 +24,9 @@ impl<'s> Flattener<'_, 's> {
             return Ok(outputs);
         }
         let outside = std::mem::take(&mut self.asked);
+        let drawn = self.drawn;
         let (result, draft) = self.attempt(|flat| flat.make_call(expr, cx));
-        if let (Ok(outputs), Some(claims)) = (&result, draft.only_claims()) {
+        if let (Ok(outputs), Some(claims), true) = (&result, draft.only_claims(), self.drawn == drawn) {
             self.remember_call(expr, claims, outputs, cx);
         }
         self.keep(draft);
@@ -140,6 +141,10 @@ impl<'s> Flattener<'_, 's> {
         self.statements = self.statements.saturating_add(CALL);
         let mut inner = cx.inside(callee);
         inner.called_from = Some(cx.called_from.unwrap_or(span));
+        (inner.holds, inner.event) = match &cx.event {
+            Some(event) => (cx.holds, Some(event.through(span, cx))),
+            None => (None, None),
+        };
         let values = self.claim_inputs(span, callee, values.to_vec(), cx);
         for (input, value) in callee.inputs().zip(values) {
             inner.names.push((input.name.name.clone(), value));

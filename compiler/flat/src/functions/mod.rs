@@ -8,6 +8,7 @@ pub(crate) mod body_store;
 pub(crate) mod call_memory;
 pub(crate) mod callee;
 pub(crate) mod declare;
+pub(crate) mod draw;
 pub(crate) mod external;
 pub(crate) mod function;
 pub(crate) mod given_derivative;

@@ -6,6 +6,7 @@ use hyd_source::{Code, Origin, Span};
 use hyd_system::Variability;
 use hyd_typed::{Expr, Statement};
 
+use crate::functions::draw::AtEvent;
 use crate::model::Section;
 use crate::sections::when_condition::{StatementCondition, WhenCondition, parts_of};
 use crate::state::context::{Context, Fail};
@@ -39,6 +40,7 @@ impl Flattener<'_, '_> {
             yes.in_when = true;
             let arena = &mut self.model.templates.arena;
             yes.holds = Some(cx.holds.map_or(fires[k], |holds| arena.and(holds, fires[k])));
+            yes.event = Some(AtEvent::new(fires[k], cx));
             self.run(body, &mut yes)?;
             let no = cx.clone();
             self.join_contexts(condition.span, fires[k], yes, no, cx)?;

@@ -193,6 +193,12 @@ impl Flattener<'_, '_> {
                 let not = arena.not(test.node);
                 let (a, b) = here.holds.map_or((test.node, not), |h| (arena.and(h, test.node), arena.and(h, not)));
                 (yes.holds, no.holds) = (Some(a), Some(b));
+            } else if here.event.is_some() {
+                let arena = &mut self.model.templates.arena;
+                let not = arena.not(test.node);
+                for (way, holds) in [(&mut yes, test.node), (&mut no, not)] {
+                    way.holds = Some(way.holds.map_or(holds, |around| arena.and(around, holds)));
+                }
             }
             if self.run(body, &mut yes)? != Flow::Next {
                 return self.opaque(condition.span);

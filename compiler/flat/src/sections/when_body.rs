@@ -7,6 +7,7 @@ use hyd_instance::Scope;
 use hyd_source::{Code, Diagnostic, Origin};
 use hyd_typed::{Equation, EquationKind, Expr, Iterator, Kind as Form};
 
+use crate::functions::draw::AtEvent;
 use crate::model::Section;
 use crate::sections::loops::Loops;
 use crate::sections::when_condition::{WhenCondition, printed};
@@ -174,8 +175,10 @@ impl Flattener<'_, '_> {
             }
             let shape = flat.shape(state, cx)?;
             let acts = flat.guarded(fires[part.branch], &part.guards, cx)?;
+            let event = AtEvent::new(acts, cx);
             let index: Vec<Affine> = shape.iter().map(|&size| cx.counter(size)).collect();
             let target = flat.lower(state, cx, &index)?;
+            cx.event = Some(event);
             let rank = flat.shape(value, cx)?.len();
             let new = flat.lower(value, cx, if rank == 0 { &[] } else { &index })?;
             flat.want_number(value.span, "`reinit`", &new)?;
@@ -248,6 +251,7 @@ impl Flattener<'_, '_> {
             if empty {
                 return Ok(());
             }
+            let loops = cx.counts.len();
             let shape = flat.shape(target.left, cx)?;
             let index: Vec<Affine> = shape.iter().map(|&size| cx.counter(size)).collect();
             let left = flat.lower(target.left, cx, &index)?;
@@ -261,7 +265,7 @@ impl Flattener<'_, '_> {
             let mut right = flat.model.templates.arena.slot(pre);
             flat.want_one(target.left, &target.values.iter().collect::<Vec<_>>(), cx)?;
             for given in target.values.iter().rev() {
-                right = flat.when_given(given, (target.left, &left), (&fires, right), cx, &index)?;
+                right = flat.when_given(given, (target.left, &left), (&fires, right), cx, (loops, &index))?;
             }
             flat.emit(Section::Discrete, left.node, right, &cx.loop_counts(), &origin);
             Ok(())

@@ -141,8 +141,9 @@ impl Flattener<'_, '_> {
                         (left.node, flat.model.templates.arena.slot(pre))
                     }
                 };
+                let loops = cx.counts.len();
                 for given in target.values.iter().rev() {
-                    right = flat.when_given(given, (target.left, &left), (&fires, right), cx, &index)?;
+                    right = flat.when_given(given, (target.left, &left), (&fires, right), cx, (loops, &index))?;
                 }
                 sides = Some((left.node, right));
             }

@@ -5,6 +5,7 @@ use hyd_source::{Code, Diagnostic, Edit, Origin, Span};
 use hyd_symbolic::NodeId;
 use hyd_typed::{Expr, Iterator};
 
+use crate::functions::draw::AtEvent;
 use crate::model::{Message, Section};
 use crate::sections::when_condition::printed;
 use crate::sections::when_parts::{Given, Guard, Target, Whole};
@@ -62,23 +63,26 @@ impl Flattener<'_, '_> {
         }
     }
 
-    /// `right`, or what is given where that acts.
+    /// `right`, or what is given where that acts; there are so many loops around the assignment.
     pub(super) fn when_given(
         &mut self,
         given: &Given<'_>,
         (target, left): (&Expr, &Typed),
         (fires, right): (&[NodeId], NodeId),
         cx: &mut Context,
-        index: &[Affine],
+        (loops, index): (usize, &[Affine]),
     ) -> Result<NodeId, Fail> {
-        let value = self.when_value(given.value, cx, index)?;
+        let acts = self.guarded(fires[given.branch], &given.guards, cx)?;
+        cx.event = Some(AtEvent { acts, loops, way: Vec::new() });
+        let value = self.when_value(given.value, cx, index);
+        cx.event = None;
+        let value = value?;
         let fits = value.scalar == left.scalar || value.is_number() && matches!(left.scalar, ScalarType::Real);
         if !fits {
             let (name, is, given_is) = (printed(target), &left.scalar, &value.scalar);
             let message = format!("`{name}` is {}, but the value is {}", is.name(), given_is.name());
             return Err(self.error(Code::TypeMismatch, given.value.0.span, message));
         }
-        let acts = self.guarded(fires[given.branch], &given.guards, cx)?;
         Ok(self.model.templates.arena.select(acts, value.node, right))
     }
 

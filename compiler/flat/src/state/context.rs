@@ -9,6 +9,7 @@ use hyd_syntax::tree::Name;
 use hyd_typed::{Base, Expr, Function, RecordType, Type};
 use rustc_hash::FxHashSet;
 
+use crate::functions::draw::AtEvent;
 use crate::model::VarId;
 use crate::sections::when_condition::StatementCondition;
 use crate::state::index::{Affine, CounterId, Cut, Window};
@@ -136,6 +137,8 @@ pub(crate) struct Context {
     /// The functions being run, outermost first; true for those in which this place is reached only under a condition that
     /// is known in the run.
     pub called: Vec<(InstId, bool)>,
+    /// In what happens at an event, and may draw random numbers.
+    pub event: Option<AtEvent>,
     /// The value is always wanted: a long sum in it may become variables and equations of its own.
     pub may_add_variables: bool,
 }
@@ -171,6 +174,7 @@ impl Context {
             depth: 0,
             called_from: None,
             called: Vec::new(),
+            event: None,
             may_add_variables: false,
         }
     }

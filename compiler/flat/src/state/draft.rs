@@ -13,6 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::expressions::jump::JumpKey;
 use crate::expressions::sample::SampleKey;
+use crate::functions::draw::{FirstDraw, Place, Seeding};
 use crate::model::{BlockId, ClockOperator, DelayBlock, EquationBlock, Message, UnitClaim, VarId, VariableBlock};
 use crate::state::flattener::Flattener;
 
@@ -61,6 +62,14 @@ pub(crate) struct Notes {
     pub folds: u32,
     /// `when` clauses met.
     pub whens: u32,
+    /// States that were set of the generator of random numbers.
+    pub seedings: Vec<Seeding>,
+    /// Places that draw from it: the variable of the number.
+    pub draws: FxHashMap<Place, VarId>,
+    /// The first of them.
+    pub first_draw: Option<FirstDraw>,
+    /// The state after the last of them.
+    pub newest_draw: Option<VarId>,
 }
 
 /// The tables that are written to now: those of the innermost attempt, or those of the model.
@@ -101,6 +110,10 @@ impl Notes {
             operands,
             folds,
             whens,
+            seedings,
+            draws,
+            first_draw,
+            newest_draw,
         } = later;
         self.samples.extend(samples);
         self.jumps.extend(jumps);
@@ -130,6 +143,10 @@ impl Notes {
         self.operands += operands;
         self.folds += folds;
         self.whens += whens;
+        self.seedings.extend(seedings);
+        self.draws.extend(draws);
+        self.first_draw = self.first_draw.take().or(first_draw);
+        self.newest_draw = newest_draw.or(self.newest_draw);
     }
 }
 
@@ -146,7 +163,10 @@ impl Flattener<'_, '_> {
 
     /// The answer to a question; what is made on the way, and said, is dropped.
     pub(crate) fn quietly<T>(&mut self, question: impl FnOnce(&mut Self) -> T) -> T {
-        self.attempt(question).0
+        let met = self.draws_met.clone();
+        let answer = self.attempt(question).0;
+        self.draws_met = met;
+        answer
     }
 
     /// Keeps what an attempt has made.

@@ -15,6 +15,7 @@ use crate::connections::connect::Connections;
 use crate::connections::equality_constraints::Record;
 use crate::connections::foreign_blocks::Found;
 use crate::connections::virtual_graph::VirtualGraph;
+use crate::functions::draw::Place;
 use crate::model::{BlockId, ConstId, FlatModel, VarId};
 use crate::sections::inject::Pending;
 use crate::state::context::{Context, Fail, Local};
@@ -111,6 +112,10 @@ pub(crate) struct Flattener<'t, 's> {
     /// What has been typed.
     pub(crate) typing: Typing,
     pub(crate) paths: FxHashMap<InstId, Arc<str>>,
+    /// How often each place that draws random numbers was met for the equation being lowered.
+    pub(crate) draws_met: FxHashMap<Place, u32>,
+    /// Random numbers asked for.
+    pub(crate) drawn: u64,
 }
 
 impl Flattener<'_, '_> {
@@ -168,6 +173,7 @@ impl Flattener<'_, '_> {
         body: &mut dyn FnMut(&mut Self, &mut Context) -> Result<(), Fail>,
     ) {
         self.begin_slots();
+        self.draws_met.clear();
         let mut cx = start.clone();
         let said = self.scopes.table.messages.count();
         match self.attempt(|flat| body(flat, &mut cx)) {
@@ -197,6 +203,7 @@ impl Flattener<'_, '_> {
         if self.slots.calls.is_empty() {
             self.begin_slots();
         }
+        self.draws_met.clear();
         match self.attempt(|flat| body(flat, &mut cx)) {
             (Ok(()) | Err(Fail::Reported | Fail::Opaque), draft) => self.keep(draft),
             (Err(Fail::NeedsExpansion), _) => {

@@ -204,6 +204,15 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
+    /// Slots that read these keys in their order.
+    pub(crate) fn of(keys: Vec<SlotKey>) -> Self {
+        let mut slots = Self::default();
+        for key in keys {
+            let _ = slots.slot(key);
+        }
+        slots
+    }
+
     /// The slot that reads `key`.
     pub(crate) fn slot(&mut self, key: SlotKey) -> SlotId {
         if let Some(&known) = self.known.get(&key) {

@@ -37,7 +37,8 @@ impl ClassTable<'_> {
         None
     }
 
-    pub(crate) fn absolute(&mut self, parts: &[Ident]) -> Option<ClassId> {
+    /// The class with this full name.
+    pub fn absolute(&mut self, parts: &[Ident]) -> Option<ClassId> {
         let mut class = self.top(&parts[0].name)?;
         for part in &parts[1..] {
             class = self.member_class(class, &part.name)?;

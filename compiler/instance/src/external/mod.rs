@@ -105,8 +105,7 @@ pub fn is_error(name: &str) -> bool {
 }
 
 /// A function whose only effect is outside of the model: nothing depends on whether it is run, and where it tells whether that went well,
-/// it did.  The hidden state of a generator of random
-/// numbers is outside, too: the function that reads it is not known here.
+/// it did.
 pub fn is_effect_only(name: &str) -> bool {
     matches!(
         name,
@@ -114,8 +113,17 @@ pub fn is_effect_only(name: &str) -> bool {
             | "ModelicaStreams_closeFile"
             | "ModelicaIO_writeRealMatrix"
             | "ModelicaInternal_removeFile"
-            | "ModelicaRandom_setInternalState_xorshift1024star"
     )
+}
+
+/// Sets the hidden state of the generator of random numbers xorshift1024* to an array of integers.
+pub fn sets_hidden_state(name: &str) -> bool {
+    name == "ModelicaRandom_setInternalState_xorshift1024star"
+}
+
+/// Draws the next random number of that generator.
+pub fn draws_hidden(name: &str) -> bool {
+    name == "ModelicaRandom_impureRandom_xorshift1024star"
 }
 
 /// What a seed is that time and process would decide elsewhere: a run can be repeated here.

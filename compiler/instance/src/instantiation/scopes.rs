@@ -47,6 +47,8 @@ pub struct Found {
     pub rooting: Option<FxHashMap<InstId, Vec<Rooting>>>,
     /// Variables that vary otherwise than declared: inputs that nothing outside gives a value, variables set at events only.
     pub variability: FxHashMap<InstId, Variability>,
+    /// The state that a function run at translation has given the generator of random numbers with hidden state.
+    pub hidden_state: Option<Value>,
 }
 
 /// State of a value that was asked for at translation.
