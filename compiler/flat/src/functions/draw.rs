@@ -2,27 +2,25 @@
 //! `ModelicaRandom_impureRandom_xorshift1024star` draws the next number.
 //!
 //! What happens at an event is computed as often as the event needs it, so the state must be a value like any other.  Each place that
-//! draws has two discrete variables of its own, the state after it and the number:
-//! `(state, number) = if reached then next(state before) else (state before, pre(number))`.  The places follow each other as the text is
-//! read; the first begins with `pre` of the last one, at the start with the state that was set.  A place is a call, the way to it through
-//! functions, and the turn of the loops around.
+//! draws has two discrete variables of its own, the state after it and the number (`hidden_state` has their equations).  A place is a call,
+//! the way to it through functions, and the turn of the loops around.
 
-use hyd_instance::{InstId, LocalClass, ScalarType, Value};
+use hyd_instance::InstId;
 use hyd_source::{Code, Diagnostic, Origin, Span};
-use hyd_symbolic::{Node, NodeId};
-use hyd_syntax::tree::{Ident, Name};
+use hyd_symbolic::NodeId;
+use hyd_syntax::tree::Name;
 use hyd_system::{ValueKind, Variability};
 use hyd_typed::Function;
 
-use crate::model::{Section, VarId};
+use crate::model::VarId;
 use crate::state::context::{Context, Fail, Local};
 use crate::state::flattener::{Flattener, Outputs};
-use crate::state::index::{Affine, Kind, SlotKey, Slots};
+use crate::state::index::{Affine, Kind, SlotKey};
 use crate::state::made::Made;
 use crate::state::node::Typed;
 
 /// Integers of the state: sixteen words of 64 bits, and which of them is next.
-const STATE: usize = 33;
+pub(crate) const STATE: usize = 33;
 
 /// Something that happens at an event and may draw random numbers.
 #[derive(Clone, Debug)]
@@ -44,17 +42,19 @@ pub(crate) struct Place {
     before: u32,
 }
 
-/// The first place that draws: the state before it.
-#[derive(Clone)]
-pub(crate) struct FirstDraw {
-    state: VarId,
-    origin: Origin,
+/// What a place draws: where it is reached, over the slots of the equation that it stands in, and its variables.
+pub(crate) struct Drawn {
+    pub reached: NodeId,
+    pub slots: Vec<SlotKey>,
+    pub state: VarId,
+    pub number: VarId,
+    pub origin: Origin,
 }
 
 /// A state that was set, over the slots of the equation that it was set in.
 pub(crate) struct Seeding {
-    state: Vec<NodeId>,
-    slots: Vec<SlotKey>,
+    pub state: Vec<NodeId>,
+    pub slots: Vec<SlotKey>,
 }
 
 impl AtEvent {
@@ -119,12 +119,13 @@ impl Flattener<'_, '_> {
         let number = match known {
             Some(known) => known,
             None => {
-                let number = self.make_draw(span, reached, cx)?;
+                let number = self.make_draw(span, reached, cx);
                 self.tables().notes.draws.insert(place, number);
                 number
             }
         };
-        Ok(vec![(output, Local::Node(Typed::real(self.state_slot(Kind::Var, number, 0))))])
+        let slot = self.slots.slot(SlotKey::Variable(Kind::Var, number, Affine::constant(0)));
+        Ok(vec![(output, Local::Node(Typed::real(self.model.templates.arena.slot(slot))))])
     }
 
     fn place_of_draw(&mut self, event: &AtEvent, cx: &Context) -> Result<Place, Fail> {
@@ -140,95 +141,16 @@ impl Flattener<'_, '_> {
         Ok(place)
     }
 
-    fn state_slot(&mut self, kind: Kind, first: VarId, k: usize) -> NodeId {
-        let slot = self.slots.slot(SlotKey::Variable(kind, first, Affine::constant(k as i64)));
-        self.model.templates.arena.slot(slot)
-    }
-
-    /// The variables of a place and their equations: the number.
-    fn make_draw(&mut self, span: Span, reached: NodeId, cx: &Context) -> Result<VarId, Fail> {
+    /// The variables of a place: the number.
+    fn make_draw(&mut self, span: Span, reached: NodeId, cx: &Context) -> VarId {
         let origin = Origin { path: self.path(cx.scope.inst), span: cx.called_from.unwrap_or(span) };
         let count = self.all_notes().map(|notes| notes.draws.len()).sum::<usize>() + 1;
         let integer = (ValueKind::Integer, Variability::Discrete);
-        let newest = self.all_notes().find_map(|notes| notes.newest_draw);
-        let before = match newest {
-            Some(newest) => newest,
-            None => {
-                let state = self.make(Made::Event, "$draw0.state".into(), &[STATE], integer.clone(), origin.clone());
-                self.tables().notes.first_draw = Some(FirstDraw { state, origin: origin.clone() });
-                state
-            }
-        };
-        let given =
-            (0..STATE).map(|k| Typed { node: self.state_slot(Kind::Var, before, k), scalar: ScalarType::Integer });
-        let given = Local::array(given.collect(), vec![STATE]);
-        let (next, number) = self.next_state(span, given, cx)?;
         let state = self.make(Made::Event, format!("$draw{count}.state"), &[STATE], integer, origin.clone());
         let real = (ValueKind::Real, Variability::Discrete);
-        let drawn = self.make(Made::Event, format!("$draw{count}.number"), &[], real, origin.clone());
-        for (k, node) in next.into_iter().enumerate() {
-            let (now, kept) = (self.state_slot(Kind::Var, state, k), self.state_slot(Kind::Var, before, k));
-            let value = self.model.templates.arena.select(reached, node, kept);
-            self.emit(Section::Discrete, now, value, &[], &origin);
-        }
-        let (now, kept) = (self.state_slot(Kind::Var, drawn, 0), self.state_slot(Kind::Pre, drawn, 0));
-        let value = self.model.templates.arena.select(reached, number, kept);
-        self.emit(Section::Discrete, now, value, &[], &origin);
-        self.tables().notes.newest_draw = Some(state);
-        Ok(drawn)
-    }
-
-    /// The state after one that is given, and the number.
-    fn next_state(&mut self, span: Span, state: Local, cx: &Context) -> Result<(Vec<NodeId>, NodeId), Fail> {
-        let name = |name: &str| Ident { name: Name::from(name), span };
-        let class = self.scopes.table.absolute(&["Hyd", "Random", "xorshift1024star"].map(name));
-        let Some(class) = class else {
-            return Err(self.error(
-                Code::UnknownName,
-                span,
-                "the library `Hyd`, which has the generator, is not there",
-            ));
-        };
-        let function = self.function(&LocalClass::plain(class), cx.scope)?;
-        let mut around =
-            Context { depth: cx.depth, in_when: true, called_from: cx.called_from, ..Context::new(cx.scope) };
-        let outputs = self.call_with(span, &function, vec![state], &mut around)?;
-        let mut nodes: Vec<NodeId> = Vec::with_capacity(STATE + 1);
-        for (_, output) in &outputs {
-            nodes.extend(self.values_of(span, output.clone())?.iter().map(|value| value.node));
-        }
-        match (nodes.len(), nodes.first().copied()) {
-            // The number is the first of the outputs.
-            (n, Some(number)) if n == STATE + 1 => Ok((nodes.split_off(1), number)),
-            _ => Err(self.error(Code::BadArguments, span, format!("`{}` is not this generator", function.name()))),
-        }
-    }
-
-    /// When all places are known: what the first begins with.
-    pub(crate) fn settle_draws(&mut self) {
-        let (Some(first), Some(newest)) = (self.notes.first_draw.take(), self.notes.newest_draw) else { return };
-        let at_translation = match self.scopes.found.hidden_state.take() {
-            Some(state) if self.notes.seedings.is_empty() => {
-                let numbers: Vec<f64> = state.flatten().into_iter().filter_map(Value::as_real).collect();
-                let arena = &mut self.model.templates.arena;
-                let state: Vec<NodeId> = numbers.into_iter().map(|number| arena.constant(number)).collect();
-                (state.len() == STATE).then_some(Seeding { state, slots: Vec::new() })
-            }
-            _ => None,
-        };
-        let Some(seeding) = self.notes.seedings.pop().or(at_translation) else {
-            let message = "random numbers are drawn here from a generator that nothing sets up";
-            let fault = Diagnostic::error(Code::OutsideProfile, message).at(first.origin.span, "");
-            self.report(fault.help("`initializeImpureRandom(seed)` in the declaration of a parameter sets it up"));
-            return;
-        };
-        self.slots = Slots::of(seeding.slots);
-        for (k, start) in seeding.state.into_iter().enumerate() {
-            let (now, before) = (self.state_slot(Kind::Var, first.state, k), self.state_slot(Kind::Pre, newest, k));
-            let arena = &mut self.model.templates.arena;
-            let initial = arena.intern(Node::Initial);
-            let value = arena.select(initial, start, before);
-            self.emit(Section::Discrete, now, value, &[], &first.origin);
-        }
+        let number = self.make(Made::Event, format!("$draw{count}.number"), &[], real, origin.clone());
+        let slots = self.slots.keys.clone();
+        self.tables().notes.drawn.push(Drawn { reached, slots, state, number, origin });
+        number
     }
 }

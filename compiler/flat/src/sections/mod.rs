@@ -3,6 +3,7 @@
 pub(crate) mod algorithm;
 pub(crate) mod discrete_time;
 pub(crate) mod followed;
+pub(crate) mod hidden_state;
 pub(crate) mod if_equation;
 pub(crate) mod inject;
 pub(crate) mod loops;

@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::expressions::jump::JumpKey;
 use crate::expressions::sample::SampleKey;
-use crate::functions::draw::{FirstDraw, Place, Seeding};
+use crate::functions::draw::{Drawn, Place, Seeding};
 use crate::model::{BlockId, ClockOperator, DelayBlock, EquationBlock, Message, UnitClaim, VarId, VariableBlock};
 use crate::state::flattener::Flattener;
 
@@ -66,10 +66,8 @@ pub(crate) struct Notes {
     pub seedings: Vec<Seeding>,
     /// Places that draw from it: the variable of the number.
     pub draws: FxHashMap<Place, VarId>,
-    /// The first of them.
-    pub first_draw: Option<FirstDraw>,
-    /// The state after the last of them.
-    pub newest_draw: Option<VarId>,
+    /// What they draw, in their order.
+    pub drawn: Vec<Drawn>,
 }
 
 /// The tables that are written to now: those of the innermost attempt, or those of the model.
@@ -112,8 +110,7 @@ impl Notes {
             whens,
             seedings,
             draws,
-            first_draw,
-            newest_draw,
+            drawn,
         } = later;
         self.samples.extend(samples);
         self.jumps.extend(jumps);
@@ -145,8 +142,7 @@ impl Notes {
         self.whens += whens;
         self.seedings.extend(seedings);
         self.draws.extend(draws);
-        self.first_draw = self.first_draw.take().or(first_draw);
-        self.newest_draw = newest_draw.or(self.newest_draw);
+        self.drawn.extend(drawn);
     }
 }
 
