@@ -16,7 +16,8 @@ use hyd_system::DaeSystem;
 use crate::arguments::Build;
 use crate::translate::translate_with;
 use crate::{Failure, build_fmu, output};
-use hyd_run::{check_target, parameters};
+use hyd_run::{BUILT_WHOLE, check_target, interrupt, parameters};
+use hyd_verbs::whole_loops_for_the_start;
 
 /// A program or library that was made with this one: its file name, the variable of the environment that names another file, what it
 /// is called, and how it is distinguished from other files.
@@ -100,7 +101,13 @@ pub(crate) fn model_of(compilation: &Compilation) -> Result<&CompiledModel, Fail
 /// The translation of the model, and what is carried of it, with the values that were set; `driven`: inputs that stay open.
 pub(crate) fn translated(arguments: &Build, driven: &[String]) -> Result<(Compilation, Model), Failure> {
     let loops = if arguments.whole_loops { Loops::Whole } else { Loops::Torn };
-    let compilation = translate_with(&arguments.model, Goal::Run, &Extras { loops, driven, ..Extras::default() }, &[])?;
+    let extras = Extras { loops, driven, ..Extras::default() };
+    let mut compilation = translate_with(&arguments.model, Goal::Run, &extras, &[])?;
+    let whole = whole_loops_for_the_start(&compilation, &arguments.model.set, &interrupt::requested);
+    if whole.is_some() {
+        output::sentence("note", BUILT_WHOLE, arguments.model.message_format);
+        compilation.model = whole;
+    }
     let model = model_of(&compilation)?;
     let mut payload = match arguments.fmu {
         // A unit has no use for derivatives along parameters.

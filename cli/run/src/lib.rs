@@ -36,7 +36,7 @@ pub use simulate::{Beside, Facts, Outcome, Ran, Running, Sizes, check_usage, fin
 pub use sweep::{Line, Prepared, Subject, Swept, WholeLoops, failures_told, join, override_plan, prepare, read_plan};
 pub use target::check_target;
 pub use text_file::{SIZE_LIMIT, TextError, decode, read_text, read_to_limit};
-pub use whole_loops::{DONE_AGAIN, REBUILD, WHOLE_LOOPS, runs_done_again};
+pub use whole_loops::{BUILT_WHOLE, DONE_AGAIN, REBUILD, WHOLE_LOOPS, runs_done_again};
 
 /// How a command ended short of success; what there is to say has been printed or is carried along.
 #[derive(Debug)]

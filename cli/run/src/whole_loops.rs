@@ -5,6 +5,9 @@
 pub const WHOLE_LOOPS: &str = "a loop of equations could not be solved one variable after the other";
 /// How it was put right.
 pub const DONE_AGAIN: &str = "done again with all variables of the loops as unknowns of the solver";
+/// What is said where an executable or a unit is made so at once.
+pub const BUILT_WHOLE: &str = "at the start a loop of equations cannot be solved one variable after the other: built as `--whole-loops` does, with all variables of \
+                               the loops as unknowns of the solver";
 /// What is said of so many runs that were done again.
 pub fn runs_done_again(count: usize) -> String {
     let (runs, were) = if count == 1 { ("1 run".to_string(), "was") } else { (format!("{count} runs"), "were") };

@@ -233,6 +233,32 @@ fn loops_whose_errors_grow_are_made_whole_by_another_build() {
     assert!(output.status.code() == Some(3) && !messages(&output).contains("whole-loops"), "{}", messages(&output));
 }
 
+/// Where the start alone shows that a loop must be whole, the build finds that out and says it; so it is with units.
+#[test]
+fn loops_that_the_start_needs_whole_are_built_so() {
+    let scratch = Scratch::new();
+    let text = hyd_tests::models::text_of("tests/cases/networks/late.hyd");
+    fs::write(scratch.file("late.hyd"), text.replace("time > 0.5", "time > -1")).unwrap();
+    let note = "note: at the start a loop of equations cannot be solved one variable after the other: built as `--whole-loops` does, with all variables \
+                of the loops as unknowns of the solver\n";
+    let output = scratch.hyd(&["build", "late.hyd", "-o", "late"]);
+    assert_eq!((output.status.code(), messages(&output).as_str()), (Some(0), note));
+    let output = scratch.bare("late", &["--result", "r.csv"]);
+    assert_eq!((output.status.code(), messages(&output).as_str()), (Some(0), ""));
+    let table = Table::read(&scratch.file("r.csv")).unwrap();
+    let last = |name: &str| *table.column(name).unwrap().last().unwrap();
+    assert!((last("x[31]") / last("u") - 1.001).abs() < 1e-9);
+    let output = scratch.hyd(&["build", "late.hyd", "--fmu", "3.0", "-o", "late.fmu"]);
+    assert!(output.status.success() && messages(&output).starts_with(note), "{}", messages(&output));
+    // What the start does not show, and what was asked for, is said by nobody.
+    for (model, options) in [(text.clone(), &[][..]), (text.replace("time > 0.5", "time > -1"), &["--whole-loops"][..])]
+    {
+        fs::write(scratch.file("late.hyd"), model).unwrap();
+        let output = scratch.hyd(&[&["build", "late.hyd", "-o", "late"], options].concat());
+        assert_eq!((output.status.code(), messages(&output).as_str()), (Some(0), ""));
+    }
+}
+
 /// Reading a file of parameters takes many times its length in memory.
 #[test]
 fn a_file_of_parameters_has_a_limit() {
