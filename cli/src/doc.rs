@@ -76,11 +76,11 @@ fn sources(folder: Option<&Path>) -> Result<Vec<Source>, Failure> {
         }
         let mut files = BTreeSet::new();
         collect(folder, &mut files).map_err(Failure::Fault)?;
-        let (packages, others): (Vec<_>, Vec<_>) = files.into_iter().partition(|file| file.ends_with(PACKAGE));
+        let (packages, others): (Vec<_>, Vec<_>) = files.into_iter().partition(|file| is_package(file));
         for file in packages.into_iter().chain(others) {
             let text = read_text(&file).map_err(|error| Failure::Fault(error.to_string()))?;
             let order = match file.with_file_name(ORDER) {
-                beside if file.ends_with(PACKAGE) && beside.is_file() => {
+                beside if is_package(&file) && beside.is_file() => {
                     names(&read_text(&beside).map_err(|error| Failure::Fault(error.to_string()))?)
                 }
                 _ => Vec::new(),
@@ -98,6 +98,11 @@ fn sources(folder: Option<&Path>) -> Result<Vec<Source>, Failure> {
         order: names(built_in_order(name)),
     }));
     Ok(sources)
+}
+
+/// A file that holds the package its folder is.
+fn is_package(file: &Path) -> bool {
+    file.file_stem().is_some_and(|stem| stem == "package")
 }
 
 /// The names that a `package.order` lists, one a line.

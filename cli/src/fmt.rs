@@ -1,6 +1,6 @@
 //! `hyd fmt PATH...`: brings model texts into their layout, in place.
 //!
-//! Folders are searched for `.hyd` files; hidden folders and links to folders are passed over, so that a search ends.  A file is
+//! Folders are searched for `.hyd` and `.mo` files; hidden folders and links to folders are passed over, so that a search ends.  A file is
 //! replaced as a whole, with the rights it had, and only when its text changes; one with a syntax error stays as it is.  What was
 //! changed is printed when all is done, so that a closed pipe stops nothing half-way.
 
@@ -29,8 +29,14 @@ pub(crate) fn fmt(arguments: &Fmt) -> Result<(), Failure> {
     let mut run = Run { arguments, failed: false };
     let mut files = BTreeSet::new();
     for path in paths {
-        if let Err(sentence) = collect(path, &mut files) {
-            run.refuse(sentence);
+        let before = files.len();
+        match collect(path, &mut files) {
+            Err(sentence) => run.refuse(sentence),
+            Ok(()) if path.is_dir() && files.len() == before => {
+                let message = format!("there is no .hyd or .mo file in `{}`", path.display());
+                output::sentence("warning", &message, arguments.message_format);
+            }
+            Ok(()) => {}
         }
     }
     let mut changed = String::new();
@@ -130,7 +136,7 @@ pub(crate) fn collect(path: &Path, files: &mut BTreeSet<PathBuf>) -> Result<(), 
             if !entry.file_name().as_encoded_bytes().starts_with(b".") {
                 collect(&inner, files)?;
             }
-        } else if inner.extension().is_some_and(|extension| extension == "hyd") && inner.is_file() {
+        } else if inner.extension().is_some_and(|ending| ending == "hyd" || ending == "mo") && inner.is_file() {
             files.insert(inner);
         }
     }

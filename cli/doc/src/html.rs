@@ -1,5 +1,7 @@
 //! Pieces of HTML: escaped texts, links, and the markup that descriptions of classes may hold.
 
+use crate::entities::decoded;
+
 /// Text in which nothing is markup.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -76,8 +78,7 @@ pub fn documentation(info: &str) -> String {
 
 /// Text between tags, in which `&lt;` and its like stand for characters.
 fn text(text: &str) -> String {
-    let entities = [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&nbsp;", "\u{a0}"), ("&amp;", "&")];
-    escape(&entities.iter().fold(text.to_string(), |text, (entity, c)| text.replace(entity, c)))
+    escape(&decoded(text))
 }
 
 /// Name of the tag at the start, whether it closes, and its length; none if it is not a tag.

@@ -7,6 +7,7 @@
 //! correct is for the compiler to say.
 
 mod described;
+mod entities;
 mod equations;
 pub mod html;
 mod library;

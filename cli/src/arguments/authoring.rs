@@ -13,7 +13,7 @@ use super::{LibraryArguments, MessageFormat};
                         were some.\nA file with a syntax error is left as it is."
 )]
 pub struct Fmt {
-    /// Files, folders (all .hyd files in them and below), or - for standard input to standard output
+    /// Files, folders (all .hyd and .mo files in them and below), or - for standard input to standard output
     #[arg(value_name = "PATH", required = true)]
     pub paths: Vec<PathBuf>,
     /// Changes nothing; names the files that are not formatted and ends with exit code 1 if there are any

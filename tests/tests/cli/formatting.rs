@@ -47,6 +47,24 @@ fn wrong_texts_stay_and_the_others_are_formatted() {
     assert_eq!((folder.read("a/other.txt"), folder.read("a/.hidden/x.hyd")), (LOOSE.to_string(), LOOSE.to_string()));
 }
 
+/// Libraries of others are written in `.mo`; a folder without a text of a model is not passed over in silence.
+#[test]
+fn folders_hold_both_endings_or_it_is_said() {
+    let folder = Scratch::new();
+    fs::create_dir_all(folder.path().join("lib")).unwrap();
+    fs::create_dir_all(folder.path().join("notes")).unwrap();
+    folder.write("lib/a.mo", LOOSE);
+    folder.write("lib/b.hyd", LOOSE);
+    folder.write("notes/other.txt", LOOSE);
+    let outcome = run(folder.path(), &["fmt", "lib", "notes"]);
+    let said = "warning: there is no .hyd or .mo file in `notes`\n";
+    assert_eq!(
+        (outcome.code, outcome.stdout.as_str(), outcome.stderr.as_str()),
+        (Some(0), "lib/a.mo\nlib/b.hyd\n", said)
+    );
+    assert_eq!((folder.read("lib/a.mo"), folder.read("lib/b.hyd")), (NEAT.to_string(), NEAT.to_string()));
+}
+
 /// Exit code and standard output of `hyd fmt ... -` for a text on standard input.
 fn filtered(arguments: &[&str], text: &str) -> (Option<i32>, String) {
     let folder = Scratch::new();

@@ -126,6 +126,14 @@ fn a_folder_of_ones_own_is_shown_alone() {
             assert!(places.is_sorted(), "{wanted:?} at {places:?}");
         }
     }
+    // Files of the other ending are shown alike.
+    let page = folder.read("mine.html");
+    for name in ["package", "Bore", "Axle", "Cam"] {
+        let file = |ending: &str| folder.path().join(format!("Mine/{name}.{ending}"));
+        fs::rename(file("hyd"), file("mo")).unwrap();
+    }
+    assert_eq!(run(folder.path(), &["doc", "Mine", "-o", "mine.html"]).code, Some(0));
+    assert_eq!(folder.read("mine.html").replace(".mo", ".hyd"), page);
     let outcome = run(folder.path(), &["doc", "none"]);
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(1), "error: there is no folder `none`\n"));
 }
