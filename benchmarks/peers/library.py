@@ -1,0 +1,98 @@
+"""Examples of the Modelica Standard Library beside CVODE through a unit of the same example.
+
+    python benchmarks/peers/library.py HYD FOLDER [EXAMPLE...]
+
+FOLDER is that of the library's package, HYD the program; FMPy must be installed. Each example is run by `hyd simulate` in a process of its own, and as a unit for
+model exchange (`hyd build --fmu`) by FMPy with its CVODE, over the time of its annotation `experiment`, with a relative tolerance of 1e-6 and 500 intervals.
+CPU seconds, the best of several runs: what `hyd` says of its run, and of FMPy what begins behind reading the unit (its calls from C to Python and back, once a residual,
+are in it). The last column is by how much of its range the one variable that differs most is apart at the end.
+"""
+import argparse
+import csv
+import re
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import fmpy
+
+EXAMPLES = """Blocks.Examples.PID_Controller
+Electrical.Analog.Examples.CauerLowPassAnalog
+Electrical.Analog.Examples.ChuaCircuit
+Electrical.Analog.Examples.HeatingNPN_NORGate
+Electrical.Machines.Examples.InductionMachines.IMC_DOL
+Electrical.PowerConverters.Examples.ACDC.RectifierBridge2Pulse.DiodeBridge2Pulse
+Fluid.Examples.HeatingSystem
+Magnetic.FluxTubes.Examples.SolenoidActuator.ComparisonPullInStroke
+Mechanics.MultiBody.Examples.Elementary.DoublePendulum
+Mechanics.MultiBody.Examples.Loops.Fourbar1
+Mechanics.MultiBody.Examples.Loops.EngineV6
+Mechanics.Rotational.Examples.CoupledClutches
+Mechanics.Rotational.Examples.First
+Mechanics.Translational.Examples.Oscillator
+Thermal.FluidHeatFlow.Examples.SimpleCooling
+Thermal.HeatTransfer.Examples.TwoMasses""".split()
+TOLERANCE, INTERVALS = 1e-6, 500
+
+
+def run(command):
+    """Standard output of a command that must go well."""
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+    if done.returncode:
+        said = [line for line in done.stderr.splitlines() if "error" in line]
+        raise RuntimeError(said[0] if said else done.stderr[-200:])
+    return done.stdout
+
+
+def beside(hyd, library, name, folder):
+    """CPU seconds of both and how far their ends are apart."""
+    text = folder / "T.mo"
+    text.write_text(f"model T\n  extends Modelica.{name};\nend T;\n")
+    run([hyd, "build", text, "--library", library, "--fmu", "2.0", "-o", folder / "T.fmu"])
+    unit = fmpy.extract(str(folder / "T.fmu"), unzipdir=str(folder / "unit"))
+    description = fmpy.read_model_description(unit)
+    stop = float(description.defaultExperiment.stopTime or 1)
+    own = []
+    for _ in range(5):
+        said = run([hyd, "simulate", text, "--library", library, "--tolerance", TOLERANCE, "--stop", stop, "--intervals", INTERVALS,
+                    "--result", folder / "r.csv"])
+        number, unit_of = re.search(r"simulated in ([0-9.]+) (m?s)", said).groups()
+        own.append(float(number) * (1e-3 if unit_of == "ms" else 1))
+        if own[-1] > 5:
+            break
+    with open(folder / "r.csv", newline="") as file:
+        rows = list(csv.reader(file))
+    columns = {name: [float(row[k]) for row in rows[1:]] for k, name in enumerate(rows[0])}
+    shared = [v.name for v in description.modelVariables if v.type == "Real" and v.name in columns and v.variability == "continuous"][:200]
+    theirs, result = [], None
+    for _ in range(3):
+        begin = time.process_time()
+        result = fmpy.simulate_fmu(unit, fmi_type="ModelExchange", solver="CVode", stop_time=stop, relative_tolerance=TOLERANCE,
+                                   output_interval=stop / INTERVALS, output=shared, model_description=description)
+        theirs.append(time.process_time() - begin)
+        if theirs[-1] > 5:
+            break
+    apart = max((abs(result[name][-1] - columns[name][-1]) / (max(columns[name]) - min(columns[name])) for name in shared
+                 if max(columns[name]) - min(columns[name]) > 1e-9 * max(map(abs, columns[name]))), default=0.0)
+    return min(own), min(theirs), apart
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("hyd", type=Path)
+    parser.add_argument("library", type=Path)
+    parser.add_argument("examples", nargs="*", default=EXAMPLES)
+    arguments = parser.parse_args()
+    print("| example | hyd, ms | CVODE through a unit, ms | hyd / CVODE | apart |\n|---|---:|---:|---:|---:|")
+    for name in arguments.examples:
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                own, theirs, apart = beside(arguments.hyd.resolve(), arguments.library.resolve(), name, Path(folder))
+                print(f"| {name} | {1e3 * own:.3g} | {1e3 * theirs:.3g} | {own / theirs:.2f} | {apart:.0e} |", flush=True)
+            except Exception as error:
+                print(f"| {name} | {error} | | | |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
