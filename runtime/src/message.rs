@@ -72,7 +72,7 @@ impl Display for SolveError {
             }
             SolveError::StepTooSmall(report) => {
                 write!(f, "the step size collapsed at t = {} s", significant(report.time))?;
-                match (&report.place.variable, growth(&report.place)) {
+                match (&report.place.variable, grows_at_the_end(report)) {
                     (Some(variable), Some((before, now))) => {
                         let (before, now) = (significant(before), significant(now));
                         write!(f, ": {variable} grows without bound, from {before} at the start to {now}")?;
@@ -207,9 +207,7 @@ impl SolveError {
     /// True where a variable grows without bound, as it does where something has the wrong sign.
     pub fn grows(&self) -> bool {
         match self {
-            SolveError::StepTooSmall(report) if report.place.variable.is_some() && growth(&report.place).is_some() => {
-                true
-            }
+            SolveError::StepTooSmall(report) if grows_at_the_end(report).is_some() => true,
             SolveError::NotFinite(report) => grown(&report.place).is_some(),
             _ => self.runs_away(),
         }
@@ -217,10 +215,7 @@ impl SolveError {
 
     /// True where the equations near the last point drive a motion away faster than the run could show.
     pub fn runs_away(&self) -> bool {
-        let SolveError::StepTooSmall(report) = self else { return false };
-        let Some(near) = report.place.near.as_deref().filter(|_| report.place.variable.is_some()) else { return false };
-        let grows = |(re, im): (f64, f64)| re > im && re * near.span * FAST_GROWTH > 1.0;
-        near.mode.as_ref().is_some_and(|mode| grows(mode.eigenvalue))
+        matches!(self, SolveError::StepTooSmall(report) if runs_away(report))
     }
 }
 
@@ -256,6 +251,9 @@ const FAST_GROWTH: f64 = 1e-4;
 
 /// A variable that exceeds its value at the start, or 1, by this factor grows without bound.
 const GROWN: f64 = 1e6;
+
+/// The same where the equations near the end drive it further.
+const GROWN_AWAY: f64 = 1e3;
 
 /// The same for a variable of which it is not known that it is at fault.
 const BEYOND: f64 = 1e50;
@@ -329,12 +327,20 @@ fn evaluation(failure: &EvalFailure) -> String {
     }
 }
 
-/// The values of the variable at fault at the start and at the end, if it has grown out of all proportion.
-fn growth(place: &Place) -> Option<(f64, f64)> {
-    let (course, variable) = (place.course.as_ref()?, place.variable.as_ref()?);
+/// True where the equations near the last point drive the variable at fault away.
+fn runs_away(report: &StepReport) -> bool {
+    let Some(near) = report.place.near.as_deref().filter(|_| report.place.variable.is_some()) else { return false };
+    let grows = |(re, im): (f64, f64)| re > im && re * near.span * FAST_GROWTH > 1.0;
+    near.mode.as_ref().is_some_and(|mode| grows(mode.eigenvalue))
+}
+
+/// The values of the variable at fault at the start and at the end, if it has grown out of all proportion, or by much where it runs away.
+fn grows_at_the_end(report: &StepReport) -> Option<(f64, f64)> {
+    let (course, variable) = (report.place.course.as_ref()?, report.place.variable.as_ref()?);
     let last = course.times().count().checked_sub(1)?;
     let (before, now) = (course.value(0, variable)?, course.value(last, variable)?);
-    (now.abs() > GROWN * before.abs().max(1.0)).then_some((before, now))
+    let factor = if runs_away(report) { GROWN_AWAY } else { GROWN };
+    (now.abs() > factor * before.abs().max(1.0)).then_some((before, now))
 }
 
 /// The first of the variables that are shown which has grown out of all proportion, with its values at the start and at the end.

@@ -67,16 +67,17 @@ impl Vanishing {
     }
 }
 
-/// The smallest singular value, with the row and the column that weigh most in its vectors.
+/// The smallest singular value, with the row that weighs most in its vectors and, of the columns in that row, the one that does; a rate that
+/// only follows what is lost may weigh more.
 fn smallest(matrix: DMatrix<f64>) -> Option<(f64, usize, usize)> {
-    let n = matrix.ncols();
+    let (n, entries) = (matrix.ncols(), matrix.clone());
     let parts = matrix.try_svd(true, true, f64::EPSILON, 10_000)?;
     let (left, right) = (parts.u.as_ref()?, parts.v_t.as_ref()?);
     let values = parts.singular_values.iter().copied().enumerate();
     let (place, value) = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let heaviest = |of: &dyn Fn(usize) -> f64| (0..n).max_by(|&a, &b| of(a).abs().total_cmp(&of(b).abs()));
-    let row = heaviest(&|k| left[(k, place)])?;
-    let column = heaviest(&|k| right[(place, k)])?;
+    let row = (0..n).max_by(|&a, &b| left[(a, place)].abs().total_cmp(&left[(b, place)].abs()))?;
+    let column = (0..n).filter(|&k| entries[(row, k)] != 0.0);
+    let column = column.max_by(|&a, &b| right[(place, a)].abs().total_cmp(&right[(place, b)].abs()))?;
     Some((value, row, column))
 }
 
@@ -91,6 +92,10 @@ mod tests {
         let matrix = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.2, 0.0, 1e-9, 0.0, 0.0, 0.0, 2.0]);
         let (value, row, column) = smallest(matrix).expect("a regular matrix");
         assert!((value - 1e-9).abs() < 1e-15, "{value}");
+        assert_eq!((row, column), (1, 1));
+        // The third unknown follows the second a million times as fast, and stands in another equation.
+        let matrix = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.0, 0.0, 1e-9, 0.0, 0.0, -1e6, 1.0]);
+        let (_, row, column) = smallest(matrix).expect("a regular matrix");
         assert_eq!((row, column), (1, 1));
     }
 }

@@ -6,6 +6,7 @@ use hyd_source::Span;
 use hyd_syntax::tree::{Argument, Component, ElementModification, Expr, ExprKind, Modification, Variability};
 use hyd_system::significant;
 
+use super::expressions::BOUNDS;
 use super::{Found, Rank, number};
 
 /// By what a guess is multiplied: the other roots of laws of technology lie mostly within a decade, or on the other side of zero.
@@ -186,10 +187,19 @@ impl Found<'_> {
                 }
             }
             if let Some(binding) = &own.modification.binding {
+                if let (Some(last), true) = (path.last(), self.trouble.run) {
+                    self.delay_bound(last, owner, binding);
+                }
                 match path.last() {
                     Some(&"fixed") => self.fixed(binding, owner),
                     Some(&"start") => self.start(arguments, binding, owner),
                     _ if self.asserted.has(&format!("{owner}.{}", path.join("."))) => {}
+                    _ if self.trouble.grows && number(binding).is_some_and(|own| own.abs() == 1.0) => {
+                        let text = if number(binding) == Some(1.0) { "-1" } else { "1" };
+                        let words = format!("turn the sign round: `{owner}({} = {text})`", path.join("."));
+                        let edit = self.replaced(binding.span, text);
+                        self.push(Rank::Convention, words, vec![edit]);
+                    }
                     _ => self.expression(binding),
                 }
             }
@@ -225,7 +235,24 @@ impl Found<'_> {
         };
         if self.snippet(binding.span) == from {
             let edit = self.replaced(binding.span, to);
-            self.push(Rank::Start, words, vec![edit]);
+            let rank = if to == "false" && self.rates_given.contains(owner) { Rank::Twice } else { Rank::Start };
+            self.push(rank, words, vec![edit]);
+        }
+    }
+
+    /// The bound of a delay in a component, as it is set here, made longer.
+    fn delay_bound(&mut self, name: &str, owner: &str, binding: &Expr) {
+        let Some((bound, value)) = &self.longest_delay else { return };
+        // The message states the bound with a few digits.
+        if name != bound || !number(binding).is_some_and(|own| significant(own) == significant(*value)) {
+            return;
+        }
+        let value = *value;
+        for factor in BOUNDS {
+            let text = significant(factor * value);
+            let words = format!("allow longer delays: `{owner}({name} = {text})`");
+            let edit = self.replaced(binding.span, text);
+            self.push(Rank::Unit, words, vec![edit]);
         }
     }
 

@@ -81,6 +81,9 @@ impl Found<'_> {
         match &equation.kind {
             EquationKind::Equal(left, right) => {
                 self.used_up(equation, left, right);
+                if self.units.len() == 1 && self.units.contains(&self.line(equation.span.start)) {
+                    [left, right].into_iter().for_each(|side| self.other_quantities(side));
+                }
                 self.is_definition = self.is_definition_of(left, right);
                 self.value(right);
                 if !matches!(left.kind, ExprKind::Ref(_)) {
@@ -297,6 +300,10 @@ impl Found<'_> {
             _ => return None,
         };
         let value = self.snippet(value.span);
+        // Time does not turn round.
+        if value == "time" {
+            return None;
+        }
         Some(format!("{value} {sign} {} or pre({name}) and {value} {sign} {}", significant(on), significant(off)))
     }
 

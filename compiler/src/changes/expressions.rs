@@ -9,7 +9,7 @@ use hyd_system::significant;
 use super::{Found, Rank, is_named, number};
 
 /// Times the longest delay that the text allows.
-const BOUNDS: [f64; 2] = [2.0, 10.0];
+pub(super) const BOUNDS: [f64; 2] = [2.0, 10.0];
 
 impl Found<'_> {
     /// Changes of an expression that is one side of an equation, or the value of a variable.

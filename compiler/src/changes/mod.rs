@@ -11,13 +11,14 @@ mod declarations;
 mod equations;
 mod expressions;
 mod numbers;
+mod quantities;
 
 use std::collections::BTreeSet;
 
 use asserted::Asserted;
 use hyd_flat::FlatModel;
 use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, Span};
-use hyd_syntax::tree::{ClassBody, ClassDef, Element, ExprKind, Variability};
+use hyd_syntax::tree::{ClassBody, ClassDef, Element, EquationKind, EquationSection, ExprKind, Variability};
 
 /// What has failed; several may be true at once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -36,6 +37,8 @@ pub struct Trouble {
     pub judged: bool,
     /// Events whose intervals shrink: many a change makes a bounce stop that has nothing to do with it.
     pub accumulates: bool,
+    /// A variable grows without bound.
+    pub grows: bool,
     /// Events that follow each other while time stands still: other numbers or signs bring a run past them that nobody means.
     pub chatters: bool,
 }
@@ -82,6 +85,8 @@ pub enum Rank {
     Open,
     /// A range of a loop.
     Loop,
+    /// The start of a variable is fixed whose derivative at the start is given, too.
+    Twice,
     /// What holds at the start.
     Start,
     /// When something is done.
@@ -100,6 +105,10 @@ pub enum Rank {
     Guess,
     /// A start value that nobody has given.
     FirstStart,
+    /// Another variable, power or operator with which the units of an equation fit.
+    Quantity,
+    /// A sign that is written as a number, such as that of an input of a sum, where something grows without bound.
+    Convention,
     /// A number that may be of another unit by its size.
     OtherUnit,
     /// The same of a number without a unit, by what its equations make of it.
@@ -130,6 +139,7 @@ impl Rank {
                 | Rank::Determined
                 | Rank::Marked
                 | Rank::Loop
+                | Rank::Twice
                 | Rank::Start
                 | Rank::Moment
                 | Rank::Rest
@@ -170,6 +180,9 @@ pub fn changes(
     let begins: Vec<u32> = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at as u32 + 1)).collect();
     let line = |byte: u32| begins.partition_point(|&begin| begin <= byte);
     let marked = labels.flat_map(|own| line(own.span.start)..=line(own.span.end)).collect::<BTreeSet<usize>>();
+    let misfits = messages.iter().filter(|own| own.code == Code::UnitMismatch && own.severity == Severity::Error);
+    let misfits = misfits.filter_map(|own| own.labels.first()).filter(|own| own.span.file == file);
+    let units = misfits.map(|own| line(own.span.start)).collect();
     let said = told().flat_map(|own| std::iter::once(&own.message).chain(&own.notes));
     let names = said.flat_map(|own| own.split('`').skip(1).step_by(2)).map(str::to_string).collect();
     let unconnected = messages.iter().filter(|own| own.message.starts_with("nothing is connected to"));
@@ -193,6 +206,10 @@ pub fn changes(
         surplus,
         initial_surplus: told().any(|own| own.message.contains("the initial equation `")),
         without_start,
+        units,
+        quantities: Vec::new(),
+        longest_delay: told().find_map(|own| longest_delay(&own.message)),
+        rates_given: BTreeSet::new(),
         begin_of_sections: None,
         is_definition: false,
         changes: Vec::new(),
@@ -242,6 +259,14 @@ struct Found<'a> {
     begin_of_sections: Option<u32>,
     /// Variables that begin at 0 because they have no start value.
     without_start: BTreeSet<String>,
+    /// Lines with units that do not fit.
+    units: BTreeSet<usize>,
+    /// Scalars of the class at hand.
+    quantities: Vec<String>,
+    /// The bound of a `delay` that its time exceeds, as it is written, and its value.
+    longest_delay: Option<(String, f64)>,
+    /// Variables of the class at hand whose derivatives the initial equations state.
+    rates_given: BTreeSet<String>,
     /// The equation at hand says how two variables belong together.
     is_definition: bool,
     changes: Vec<Change>,
@@ -260,6 +285,9 @@ impl Found<'_> {
                 _ => None,
             })
             .collect();
+        self.rates_given = self.rates_given(equations);
+        let scalars = components.iter().filter(|own| own.dims.is_empty());
+        self.quantities = scalars.map(|own| own.name.name.to_string()).collect();
         let starts = self.components(&components);
         self.begin_of_sections = components.last().and_then(|last| self.begin_of_sections(last.name.span.end));
         let settings = components.iter().filter(|own| own.variability <= Variability::Parameter);
@@ -287,6 +315,16 @@ impl Found<'_> {
         };
         let rest = self.begins.iter().skip(self.line(from)).copied();
         rest.into_iter().find(|&begin| is_section(self.text[begin as usize..].lines().next().unwrap_or_default()))
+    }
+
+    /// Variables whose derivatives initial equations state.
+    fn rates_given(&self, sections: &[EquationSection]) -> BTreeSet<String> {
+        let initial = sections.iter().filter(|own| own.initial).flat_map(|own| &own.equations);
+        let rates = initial.filter_map(|own| match &own.kind {
+            EquationKind::Equal(left, _) => Some(self.snippet(left.span).strip_prefix("der(")?.strip_suffix(')')?),
+            _ => None,
+        });
+        rates.map(|name| name.trim().to_string()).collect()
     }
 
     fn is_marked(&self, span: Span) -> bool {
@@ -342,6 +380,14 @@ impl Found<'_> {
             false => span,
         }
     }
+}
+
+/// The bound that the time of a `delay` exceeds, of the message that says so: as it is written, and its value.
+fn longest_delay(message: &str) -> Option<(String, f64)> {
+    let call = message.split_once("the delay time of `delay(")?.1;
+    let (arguments, rest) = call.split_once(")`")?;
+    let bound = rest.split_once("its upper bound of ")?.1.split_once(' ')?.0;
+    Some((arguments.rsplit(',').next()?.trim().to_string(), bound.parse().ok()?))
 }
 
 /// True if a class of this name, or one with the same name within another, extends something.
@@ -470,6 +516,7 @@ mod tests {
             judged: true,
             accumulates: false,
             chatters: false,
+            grows: true,
         };
         assert_eq!(texts(text, all, "assert"), []);
         // What it compares with, in whatever words, in algorithms, too.

@@ -209,7 +209,7 @@ impl Tape {
                 {
                     hyd_system::UNSET.into()
                 }
-                node => explain(node, values),
+                node => explain(node, &self.operations, values),
             },
             None => "not a number".into(),
         }
@@ -231,7 +231,7 @@ pub fn place(address: &Address, instance: u32, tables: &[u32]) -> (Area, u32, bo
 }
 
 /// What an operation with finite operands did to give a value that is not finite, in the user's words.
-fn explain(node: Node, values: &[f64]) -> String {
+fn explain(node: Node, operations: &[Node], values: &[f64]) -> String {
     // Tiny values in decimals would be a row of zeros.
     let number = |value: f64| match hyd_system::significant(value) {
         // The digits that put it outside of what an operation takes.
@@ -240,9 +240,16 @@ fn explain(node: Node, values: &[f64]) -> String {
     };
     let v = |id: NodeId| values[id.index()];
     let n = |id: NodeId| number(v(id));
+    let signed = |text: String| if text.starts_with('-') { format!("({text})") } else { text };
     match node {
         Node::Slot(_) => "a value it reads is not a number".into(),
-        Node::Div(_, b) if v(b) == 0.0 => "division by zero".into(),
+        Node::Div(_, b) if v(b) == 0.0 => match operations[b.index()] {
+            // What is divided by, where that is computed from several values.
+            Node::Call1(function, a) => format!("division by zero ({}({}))", function.name(), n(a)),
+            Node::Sub(a, b) => format!("division by zero ({} - {})", n(a), signed(n(b))),
+            Node::Add(a, b) => format!("division by zero ({} + {})", n(a), signed(n(b))),
+            _ => "division by zero".into(),
+        },
         Node::Call1(Function::Log | Function::Log10, a) => format!("logarithm of {}", n(a)),
         Node::Call1(Function::Sqrt, a) => format!("square root of {}", n(a)),
         Node::Call1(function, a) => format!("{}({}) has no finite value", function.name(), n(a)),

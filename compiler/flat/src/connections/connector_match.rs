@@ -6,6 +6,7 @@ use hyd_source::{Code, Diagnostic, Edit, Span};
 use hyd_syntax::tree::{ClassKind, Direction};
 
 use crate::connections::connect::{Leaf, Side};
+use crate::connections::other_ends::End;
 use crate::model::VarId;
 use crate::state::context::Fail;
 use crate::state::flattener::Flattener;
@@ -56,7 +57,8 @@ impl Flattener<'_, '_> {
         if p == q {
             return Ok(());
         }
-        Err(self.kinds_differ(span, (a, &x), (b, &y)))
+        let left = End { inst: left.inst, span: a, leaves: &x };
+        Err(self.kinds_differ(span, &left, &End { inst: right.inst, span: b, leaves: &y }))
     }
 
     /// Connectors of the user's own text of which all variables are potentials: connected ones are all set equal, and nothing balances.
@@ -136,7 +138,8 @@ impl Flattener<'_, '_> {
     }
 
     /// Says in what two connectors differ.
-    fn kinds_differ(&mut self, span: Span, (a, x): (Span, &[Leaf]), (b, y): (Span, &[Leaf])) -> Fail {
+    fn kinds_differ(&mut self, span: Span, left: &End<'_>, right: &End<'_>) -> Fail {
+        let ((a, x), (b, y)) = ((left.span, left.leaves), (right.span, right.leaves));
         let names = |leaves: &[Leaf]| {
             let sizes = |l: &Leaf| match self.inner_sizes(l) {
                 [] => String::new(),
@@ -165,6 +168,7 @@ impl Flattener<'_, '_> {
             }
             diagnostic = diagnostic.help(why);
         }
+        let diagnostic = self.propose_other_end(diagnostic, [left, right]);
         self.report(diagnostic);
         Fail::Reported
     }

@@ -9,6 +9,7 @@ pub(crate) mod equality_constraints;
 pub(crate) mod foreign_blocks;
 pub(crate) mod model_ends;
 pub(crate) mod open_ends;
+pub(crate) mod other_ends;
 mod own_input;
 pub(crate) mod potentials;
 mod short_circuits;
