@@ -213,6 +213,17 @@ impl SolveError {
         }
     }
 
+    /// True where an equation has lost its solution, or a value at the start is not defined.
+    pub fn is_undefined(&self) -> bool {
+        match self {
+            SolveError::NoConvergence(report) => {
+                report.place.near.as_ref().is_some_and(|near| near.vanishing.is_some())
+            }
+            SolveError::Initial { cause, .. } => *cause == Cause::NotFinite,
+            _ => false,
+        }
+    }
+
     /// True where the equations near the last point drive a motion away faster than the run could show.
     pub fn runs_away(&self) -> bool {
         matches!(self, SolveError::StepTooSmall(report) if runs_away(report))

@@ -8,6 +8,7 @@ use std::cell::Cell;
 use std::path::Path;
 
 use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
+use hyd_flat::Target;
 use hyd_results::{Discard, Sink, Trajectory};
 use hyd_run::{RunArguments, options};
 use hyd_runtime::{Simulator, SolveError, Summary};
@@ -26,6 +27,8 @@ const MOST_STEPS: u64 = 20_000;
 const ALL_STEPS: u64 = 200_000;
 /// What is said of a start that takes start values which nobody fixed.
 const UNDETERMINED: &str = "the start is not fully determined";
+/// Part of its size below zero from which on a variable is negative.
+const NEGATIVE: f64 = 1e-2;
 /// Changes that are shown.
 const MOST_SHOWN: usize = 3;
 
@@ -74,6 +77,8 @@ impl Trials<'_> {
             let is_delay = |message: &str| message.starts_with("the delay time of `");
             trouble.judged = matches!(failure, SolveError::Assertion { report, .. } if !is_delay(&report.message));
             trouble.grows = failure.grows();
+            trouble.undefined = failure.is_undefined()
+                || trouble.start && matches!(failure, SolveError::NotFinite(_) | SolveError::Evaluation { .. });
             trouble.accumulates = matches!(failure, SolveError::Chattering { accumulating: true, .. });
             trouble.chatters = matches!(failure, SolveError::Chattering { accumulating: false, .. });
         }
@@ -87,6 +92,7 @@ impl Trials<'_> {
         let mut healing = Healing::default();
         let mut found: Option<(Rank, bool)> = None;
         let mut definitions = Vec::new();
+        let mut overdrawn = false;
         let steps = Cell::new(0);
         // What was not tried might heal as well.
         let mut is_cut = false;
@@ -110,10 +116,18 @@ impl Trials<'_> {
             let is_place = first.span.start < first.span.end || change.rank == Rank::Guess;
             let is_replaced = |own: &Edit| is_place && own.span == first.span;
             let is_known = healing.proposals.iter().flat_map(|own| &own.edits).any(is_replaced);
-            if !is_known && self.is_healed(compilation, &name, &edited(text, &edits), (trouble, &steps)) {
+            let changed = edited(text, &edits);
+            if !is_known && self.is_healed(compilation, &name, &changed, (trouble, &steps)) {
                 found = Some(kind);
                 definitions.push(change.is_definition);
-                healing.proposals.push(change.proposal);
+                let mut proposal = change.proposal;
+                if let Some(empty) = self.goes_below_zero(&name, &changed, text, &proposal.edits) {
+                    proposal.message.push_str(&format!(" (`{empty}` then falls below zero)"));
+                    overdrawn |= healing.proposals.is_empty();
+                }
+                // What is negative from the start on is seldom meant to be so, whatever law would hold then.
+                overdrawn |= trouble.start && proposal.edits.iter().any(|own| own.text.contains("abs("));
+                healing.proposals.push(proposal);
             }
         }
         let is_alone = definitions == [false];
@@ -132,11 +146,16 @@ impl Trials<'_> {
         // Of signs that bring a run through many a one would, among them those that are not tried; an assertion says what is meant, and growth
         // without bound that a sign is wrong.
         healing.is_a_guess = found.is_some_and(|(rank, _)| match rank {
-            Rank::InferredUnit | Rank::AtOnce | Rank::FirstStart | Rank::RestForNow | Rank::UsedUp | Rank::Prefix => {
-                true
-            }
+            // Other sources would do as well.
+            Rank::Joined
+            | Rank::InferredUnit
+            | Rank::AtOnce
+            | Rank::FirstStart
+            | Rank::RestForNow
+            | Rank::UsedUp
+            | Rank::Prefix => true,
             Rank::Sign => !trouble.judged && !grows,
-            _ => false,
+            _ => overdrawn,
         });
         let is_best = found.is_some_and(|(rank, _)| rank.first_is_best());
         // That a run comes through with exchanged numbers says little.
@@ -170,6 +189,38 @@ impl Trials<'_> {
         !after.has_errors()
             && !after.diagnostics.iter().any(is_new)
             && matches!(self.ran(&after, Some(steps)), Some(Ok(end)) if end.terminated.is_none() || end.time > self.start(&after))
+    }
+
+    /// A guard that keeps a root or a power within its domain may let what is stored be drawn down below nothing: the variable in the text replaced
+    /// that was not negative at the start and is in the end.
+    fn goes_below_zero(&self, name: &str, after: &str, before: &str, edits: &[Edit]) -> Option<String> {
+        let [edit] = edits else { return None };
+        if !edit.text.contains("max(") && !edit.text.contains("abs(") {
+            return None;
+        }
+        // What a difference drives may change its direction.
+        let replaced =
+            before.get(edit.span.start as usize..edit.span.end as usize).filter(|own| !own.contains(['+', '-']))?;
+        let mut sources = self.libraries.path(self.file, after).ok()?;
+        let request = Request { goal: Goal::Run, ..self.request.clone() };
+        let compilation = compile_text(&mut sources, name, after, &request, &Extras::default());
+        let mut rows = Trajectory::new();
+        self.recorded(&compilation, &mut rows)?;
+        let last = rows.len().checked_sub(1)?;
+        let words = replaced.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.'));
+        let words: Vec<&str> = words.filter(|word| word.starts_with(|c: char| c.is_alphabetic())).collect();
+        let flat = compilation.flat.as_deref()?;
+        let operands = flat.equations.iter().flat_map(|block| &block.operands);
+        let mut states = operands.filter_map(|operand| match operand.target() {
+            Target::Der(v) => Some(flat.var_name(v)),
+            _ => None,
+        });
+        states.find(|state| {
+            let is_meant =
+                |word: &&str| state == *word || state.strip_suffix(*word).is_some_and(|rest| rest.ends_with('.'));
+            let falls = |first: f64, end: f64| first >= 0.0 && end < -NEGATIVE * first.max(end.abs());
+            words.iter().any(is_meant) && rows.series(state).is_some_and(|own| falls(own.at(0), own.at(last)))
+        })
     }
 
     /// A run without results; one that finds its start elsewhere than where it was told to look fails.

@@ -7,7 +7,7 @@
 
 use hyd_flat::{BlockId, Imbalance, Section, Target, VarId};
 use hyd_index::TypedIndex;
-use hyd_source::{Code, Diagnostic, Span};
+use hyd_source::{Code, Diagnostic, Edit, Span};
 use hyd_structure::{Matching, maximum_matching};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -202,7 +202,30 @@ fn inputs_without_source(system: &EquationSystem, open: &[BlockId], counts: Stri
     for place in places.into_iter().take(MOST_MARKED) {
         diagnostic = diagnostic.at(place, "");
     }
-    diagnostic
+    match open {
+        [only] if system.flat.variables[*only].count == 1 => {
+            propose_source(diagnostic, system, &system.flat.variables[*only].name.element(0))
+        }
+        _ => diagnostic,
+    }
+}
+
+/// The only output that nothing reads is likely what an input lacks; several are named.
+fn propose_source(diagnostic: Diagnostic, system: &EquationSystem, input: &str) -> Diagnostic {
+    let component = |name: &str| name.split('.').next().unwrap_or_default().to_string();
+    let unread = system.flat.unread_outputs.iter().filter(|own| component(own) != component(input));
+    let unread: Vec<&str> = unread.map(String::as_str).collect();
+    match (&unread[..], &system.flat.gaps) {
+        ([only], Some(gaps)) => {
+            let text = format!("connect({only}, {input})");
+            let edit = Edit { span: Span { end: gaps.equation.start, ..gaps.equation }, text: format!("{text};\n  ") };
+            let words = format!("nothing reads `{only}`: add `{text}`");
+            diagnostic.help(words.clone()).propose(words, vec![edit])
+        }
+        ([_, _, ..], _) => diagnostic
+            .help(format!("outputs that nothing reads: {}", list_names(unread.iter().map(|own| own.to_string())))),
+        _ => diagnostic,
+    }
 }
 
 /// Elements of an array whose derivative no equation has, although there is one for the others: a loop that ends too early.

@@ -115,6 +115,9 @@ impl<'t, 's> Flattener<'t, 's> {
         self.note_gaps();
         self.check_ends();
         self.balance_components(bindings, sections);
+        if !self.model.open_inputs.is_empty() {
+            self.note_unread_outputs();
+        }
         let noted = self.notes.discrete.clone();
         self.let_records_follow(&noted);
         self.check_discrete_time();

@@ -464,6 +464,8 @@ pub struct FlatModel {
     pub terminals: Vec<Terminal>,
     /// Where the text of the model can be added to; none where it has no declarations or no equations of its own.
     pub gaps: Option<Gaps>,
+    /// Outputs of the model's components that nothing reads, by name; looked for where an input lacks its source.
+    pub unread_outputs: Vec<String>,
     /// Components that a text of the user's declares and whose insides stand in libraries: name, and where it is declared.
     pub library_parts: Vec<(Arc<str>, Span)>,
 }

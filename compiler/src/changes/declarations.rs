@@ -98,7 +98,7 @@ impl Found<'_> {
         let is_unknown = component.variability == Variability::Continuous
             && component.dims.is_empty()
             && component.modification.binding.is_none()
-            && self.asserted.has(&name);
+            && (self.trouble.judged && self.asserted.has(&name) || self.is_undefined(&name));
         let is_missing = self.without_start.contains(&name)
             && component.variability == Variability::Continuous
             && component.modification.binding.is_none();
@@ -115,7 +115,7 @@ impl Found<'_> {
                 vec![edit],
             );
         }
-        if !is_unknown || !self.trouble.start || !self.trouble.judged {
+        if !is_unknown || !self.trouble.start {
             return;
         }
         for guess in FIRST_GUESSES {
@@ -128,6 +128,16 @@ impl Found<'_> {
             };
             self.push(Rank::Guess, format!("look for another solution: `{name}(start = {guess})`"), vec![edit]);
         }
+    }
+
+    /// A value at the start is not defined because this variable was found where the search from 0 led.
+    fn is_undefined(&self, name: &str) -> bool {
+        let is_it = |own: &str| {
+            own.split(" = ")
+                .next()
+                .is_some_and(|own| own == name || own.strip_suffix(name).is_some_and(|rest| rest.ends_with('.')))
+        };
+        self.trouble.undefined && self.undefined.iter().flat_map(|own| own.split(", ")).any(is_it)
     }
 
     /// Two parameters of the same type, or unit, with their numbers exchanged.
@@ -194,7 +204,9 @@ impl Found<'_> {
                     Some(&"fixed") => self.fixed(binding, owner),
                     Some(&"start") => self.start(arguments, binding, owner),
                     _ if self.asserted.has(&format!("{owner}.{}", path.join("."))) => {}
-                    _ if self.trouble.grows && number(binding).is_some_and(|own| own.abs() == 1.0) => {
+                    _ if (self.trouble.grows || self.trouble.judged)
+                        && number(binding).is_some_and(|own| own.abs() == 1.0) =>
+                    {
                         let text = if number(binding) == Some(1.0) { "-1" } else { "1" };
                         let words = format!("turn the sign round: `{owner}({} = {text})`", path.join("."));
                         let edit = self.replaced(binding.span, text);
@@ -240,11 +252,28 @@ impl Found<'_> {
         }
     }
 
+    /// The signs of gains that components have by their declarations turned round, where something grows or an assertion fails.
+    pub(super) fn conventions(&mut self, components: &[&Component]) {
+        if !self.trouble.grows && !self.trouble.judged {
+            return;
+        }
+        for (component, gain, value) in self.gains.clone() {
+            let Some(own) = components.iter().find(|own| *own.name.name == *component) else { continue };
+            let text = format!("{gain} = {}", -value);
+            let edit = match own.modification.arguments.first() {
+                Some(Argument::Modify(first)) => self.edit(first.span.start, first.span.start, format!("{text}, ")),
+                Some(_) => continue,
+                None => self.edit(own.name.span.end, own.name.span.end, format!("({text})")),
+            };
+            self.push(Rank::Convention, format!("turn the sign round: `{component}({text})`"), vec![edit]);
+        }
+    }
+
     /// The bound of a delay in a component, as it is set here, made longer.
     fn delay_bound(&mut self, name: &str, owner: &str, binding: &Expr) {
         let Some((bound, value)) = &self.longest_delay else { return };
         // The message states the bound with a few digits.
-        if name != bound || !number(binding).is_some_and(|own| significant(own) == significant(*value)) {
+        if name != bound || number(binding).is_none_or(|own| significant(own) != significant(*value)) {
             return;
         }
         let value = *value;
@@ -272,6 +301,11 @@ impl Found<'_> {
         let edit = self.edit(binding.span.end, binding.span.end, ", fixed = true");
         self.push(Rank::Start, format!("fix the start of `{owner}`: `fixed = true`"), vec![edit]);
         let is_guess = value != 0.0 && self.trouble.start;
+        let was_found_from_zero = value == 0.0 && self.is_undefined(owner);
+        for text in FIRST_GUESSES.iter().filter(|_| was_found_from_zero) {
+            let edit = self.replaced(binding.span, *text);
+            self.push(Rank::Guess, format!("look for another solution: `{owner}(start = {text})`"), vec![edit]);
+        }
         for factor in GUESSES.iter().filter(|_| is_guess) {
             let text = significant(value * factor);
             let edit = self.replaced(binding.span, text.clone());

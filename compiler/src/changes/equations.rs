@@ -269,6 +269,22 @@ impl Found<'_> {
             let reads = self.reads(right, name);
             edits.extend(reads.into_iter().map(|span| self.replaced(span, format!("pre({name})"))));
         }
+        // One of several that read each other breaks the cycle.
+        let others: Vec<String> = self.names.iter().filter(|own| !names.contains(own)).cloned().collect();
+        if self.cycle && names.iter().any(|own| self.names.contains(own)) {
+            for other in others {
+                let reads = self.reads(right, &other);
+                let edits: Vec<_> =
+                    reads.into_iter().map(|span| self.replaced(span, format!("pre({other})"))).collect();
+                if !edits.is_empty() {
+                    let words = format!(
+                        "let `{}` read `{other}` as it was before the event: `pre({other})`",
+                        names.join("`, `")
+                    );
+                    self.push(Rank::Marked, words, edits);
+                }
+            }
+        }
         if !edits.is_empty() {
             let names: Vec<String> = names.iter().map(|own| format!("pre({own})")).collect();
             self.push(Rank::Marked, format!("read the value from before the event: `{}`", names.join("`, `")), edits);

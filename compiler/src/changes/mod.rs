@@ -39,6 +39,8 @@ pub struct Trouble {
     pub accumulates: bool,
     /// A variable grows without bound.
     pub grows: bool,
+    /// An equation has lost its solution, or a value at the start is not defined: another sign gives another law, and brings many a run through.
+    pub undefined: bool,
     /// Events that follow each other while time stands still: other numbers or signs bring a run past them that nobody means.
     pub chatters: bool,
 }
@@ -207,6 +209,13 @@ pub fn changes(
         initial_surplus: told().any(|own| own.message.contains("the initial equation `")),
         without_start,
         units,
+        undefined: told()
+            .flat_map(|own| &own.notes)
+            .filter_map(|own| own.strip_prefix("there "))
+            .map(str::to_string)
+            .collect(),
+        cycle: told().any(|own| own.code == Code::DiscreteLoop),
+        gains: model.map_or_else(Vec::new, |(flat, _)| gains(flat, file)),
         quantities: Vec::new(),
         longest_delay: told().find_map(|own| longest_delay(&own.message)),
         rates_given: BTreeSet::new(),
@@ -224,7 +233,7 @@ pub fn changes(
     changes.retain(|own| {
         let is_of_rest = matches!(own.rank, Rank::Rest | Rank::RestForNow | Rank::Marked | Rank::Unit);
         let is_of_chance = matches!(own.rank, Rank::Numbers | Rank::Sign);
-        (!trouble.accumulates || is_of_rest) && !(trouble.chatters && is_of_chance)
+        (!trouble.accumulates || is_of_rest) && !((trouble.chatters || trouble.undefined) && is_of_chance)
     });
     let mut known = BTreeSet::new();
     changes.retain(|own| {
@@ -261,6 +270,12 @@ struct Found<'a> {
     without_start: BTreeSet<String>,
     /// Lines with units that do not fit.
     units: BTreeSet<usize>,
+    /// What messages say of the values that an undefined one is computed from.
+    undefined: Vec<String>,
+    /// Discrete variables depend on each other.
+    cycle: bool,
+    /// Signs that library components have by their declarations: component, parameter, 1 or -1.
+    gains: Vec<(String, String, f64)>,
     /// Scalars of the class at hand.
     quantities: Vec<String>,
     /// The bound of a `delay` that its time exceeds, as it is written, and its value.
@@ -301,6 +316,7 @@ impl Found<'_> {
         }
         self.trouble.too_many = too_many;
         self.copied(equations, &components);
+        self.conventions(&components);
         self.sockets(equations);
         self.missing(equations, &components);
     }
@@ -380,6 +396,29 @@ impl Found<'_> {
             false => span,
         }
     }
+}
+
+/// Gains of 1 and -1 that components have by a declaration that stands in another file.
+fn gains(flat: &FlatModel, file: FileId) -> Vec<(String, String, f64)> {
+    use hyd_flat::{Section, Target};
+    let mut found = Vec::new();
+    let bindings = flat.equations.iter().filter(|block| block.section == Section::Binding);
+    for block in bindings.filter(|block| block.origin.span.file != file) {
+        let Some(value) = flat.templates.arena.as_constant(flat.templates.get(block.template).right) else { continue };
+        let Some(Target::Var(v)) = block.operands.first().map(|own| own.target()) else { continue };
+        let (of, k) = flat.locate(v);
+        let of = &flat.variables[of];
+        if value.abs() != 1.0 || of.count != 1 || of.settable != hyd_system::Settable::Yes {
+            continue;
+        }
+        let name = of.name.element(k);
+        if let Some((component, gain)) = name.split_once('.')
+            && gain.strip_prefix('k').is_some_and(|rest| rest.chars().all(|c| c.is_ascii_digit()))
+        {
+            found.push((component.to_string(), gain.to_string(), value));
+        }
+    }
+    found
 }
 
 /// The bound that the time of a `delay` exceeds, of the message that says so: as it is written, and its value.
@@ -517,6 +556,7 @@ mod tests {
             accumulates: false,
             chatters: false,
             grows: true,
+            undefined: false,
         };
         assert_eq!(texts(text, all, "assert"), []);
         // What it compares with, in whatever words, in algorithms, too.

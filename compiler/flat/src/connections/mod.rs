@@ -7,6 +7,7 @@ pub(crate) mod connect_sets;
 pub(crate) mod connector_match;
 pub(crate) mod equality_constraints;
 pub(crate) mod foreign_blocks;
+pub(crate) mod free_ends;
 pub(crate) mod model_ends;
 pub(crate) mod open_ends;
 pub(crate) mod other_ends;

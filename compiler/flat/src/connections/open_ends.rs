@@ -2,7 +2,7 @@
 //!
 //! A connector left open has zero flow (Modelica 3.6, section 9.2), so a connection that was forgotten is simulated without a
 //! word.  Components of the user's own text get one warning each that names their open connectors, unless an annotation
-//! `__hyd(open = ...)` says that they may stay open.  What a library leaves open inside its own classes is its own matter; its
+//! `__hyd(open = ...)` says that they may stay open, or they are free ends of rigid parts (`free_ends`).  What a library leaves open inside its own classes is its own matter; its
 //! rules `mustBeConnected` and `mayOnlyConnectOnce` (section 18.5) hold everywhere.
 
 use hyd_instance::connection_rules::{MUST_BE_CONNECTED, Open};
@@ -22,12 +22,12 @@ const MOST_NAMED: usize = 8;
 type Connects = FxHashMap<ClassId, FxHashSet<String>>;
 
 /// A connector with the elements that nothing is connected to.
-struct OpenEnd {
+pub(super) struct OpenEnd {
     /// The component that has it.
-    owner: InstId,
-    connector: InstId,
+    pub(super) owner: InstId,
+    pub(super) connector: InstId,
     /// By element, arrays around it included.
-    open: Vec<bool>,
+    pub(super) open: Vec<bool>,
 }
 
 impl Flattener<'_, '_> {
@@ -43,15 +43,15 @@ impl Flattener<'_, '_> {
         }
         self.check_connection_rules();
         self.check_short_circuits();
-        let ends = self.open_ends();
+        let mut ends = self.open_ends();
         let mut connects = Connects::default();
         let mut warnings: Vec<(Span, Vec<OpenEnd>)> = Vec::new();
         let mut known: FxHashMap<Span, usize> = FxHashMap::default();
-        for end in ends {
-            // Where no element is connected, a condition may be what keeps the `connect` from acting.
-            if self.is_ruled(&end) || end.open.iter().all(|&open| open) && self.is_named(&end, &mut connects) {
-                continue;
-            }
+        // Where no element is connected, a condition may be what keeps the `connect` from acting.
+        ends.retain(|end| {
+            !(self.is_ruled(end) || end.open.iter().all(|&open| open) && self.is_named(end, &mut connects))
+        });
+        for end in self.without_free_ends(ends) {
             let declared = self.scopes.instances[end.owner].span;
             let at = *known.entry(declared).or_insert(warnings.len());
             match warnings.get_mut(at) {

@@ -22,7 +22,8 @@ impl Flattener<'_, '_> {
         for (kept, replaced) in [(ends[0], ends[1]), (ends[1], ends[0])] {
             let Some(component) = self.scopes.instances[kept.inst].parent else { continue };
             let Some(around) = self.scopes.instances[component].parent else { continue };
-            let text = self.scopes.table.files.text(kept.span.file);
+            let lines = self.scopes.table.files.text(kept.span.file).lines();
+            let connections = lines.filter(|own| own.contains("connect(") && !own.trim_start().starts_with("//"));
             for &other in self.scopes.instances[around].children.iter().filter(|&&own| own != component) {
                 for &connector in &self.scopes.instances[other].children {
                     let own = &self.scopes.instances[connector];
@@ -30,7 +31,8 @@ impl Flattener<'_, '_> {
                         continue;
                     }
                     let name = format!("{}.{}", self.scopes.instances[other].name, own.name);
-                    if self.is_of_kind(connector, kept.leaves) && !text.contains(&name) {
+                    let is_connected = connections.clone().any(|line| line.contains(&name));
+                    if self.is_of_kind(connector, kept.leaves) && !is_connected {
                         found.push((name, kept.span, replaced.span));
                     }
                 }

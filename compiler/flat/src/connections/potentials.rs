@@ -6,11 +6,11 @@
 use std::sync::Arc;
 
 use hyd_instance::InstId;
-use hyd_syntax::tree::{ClassBody, ClassKind, Element};
+use hyd_syntax::tree::{ClassBody, ClassKind, Direction, Element};
 use hyd_system::Variability;
 use rustc_hash::FxHashSet;
 
-use crate::model::{Gaps, Potential};
+use crate::model::{Gaps, Potential, Target, VarId};
 use crate::state::flattener::Flattener;
 
 impl Flattener<'_, '_> {
@@ -56,6 +56,36 @@ impl Flattener<'_, '_> {
         let mut sections = equations.iter().filter(|section| !section.initial);
         let equation = sections.find_map(|section| section.equations.first()).map(|equation| equation.span);
         self.model.gaps = declaration.zip(equation).map(|(declaration, equation)| Gaps { declaration, equation });
+    }
+
+    /// Notes the outputs of the model's components that nothing reads.
+    pub(crate) fn note_unread_outputs(&mut self) {
+        let instances = &self.scopes.instances;
+        let mut unread: Vec<(VarId, String)> = Vec::new();
+        for &part in &instances[self.tree.root].children {
+            let component = &instances[part];
+            if !matches!(component.kind, ClassKind::Model | ClassKind::Block | ClassKind::Class)
+                || !component.dims.is_empty()
+            {
+                continue;
+            }
+            for &output in &component.children {
+                let own = &instances[output];
+                let is_output = own.direction == Some(Direction::Output) && own.primitive.is_some();
+                let is_joined =
+                    self.connections.range(output).is_some_and(|mut all| all.any(|k| !self.connections.is_open(k)));
+                if let (true, false, true, Some(&block)) =
+                    (is_output && !own.protected, is_joined, own.dims.is_empty(), self.blocks.get(&output))
+                {
+                    unread.push((self.variable(block).first, format!("{}.{}", component.name, own.name)));
+                }
+            }
+        }
+        // The model's own equations may read it.
+        for block in self.model.equations.iter().filter(|block| block.origin.path.is_empty()) {
+            unread.retain(|(v, _)| block.operands.iter().all(|operand| operand.target() != Target::Var(*v)));
+        }
+        self.model.unread_outputs = unread.into_iter().map(|(_, name)| name).collect();
     }
 
     /// The component around the connectors that hold a variable, and how many names lead from it to the variable.

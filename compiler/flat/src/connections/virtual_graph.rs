@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use hyd_instance::{InstId, Rooting, Scope};
+use hyd_instance::{InstId, Instances, Rooting, Scope};
 use hyd_source::{Code, Diagnostic, Span};
 use hyd_typed::{Expr, Overdetermined};
 use rustc_hash::FxHashMap;
@@ -55,6 +55,19 @@ pub(crate) struct VirtualGraph {
     roots: Vec<(u32, Span)>,
     /// Nodes that can be roots, with their priorities.
     potential: Vec<(u32, i64)>,
+}
+
+impl VirtualGraph {
+    /// True if the overdetermined records of two connectors are related, by way of others, too.
+    pub(crate) fn relates(&self, instances: &Instances, one: InstId, other: InstId) -> bool {
+        let of = |connector: InstId| self.nodes.iter().position(|node| instances[node.0].parent == Some(connector));
+        let (Some(one), Some(other)) = (of(one), of(other)) else { return false };
+        let mut trees = Trees { parent: (0..self.nodes.len() as u32).collect(), root: vec![None; self.nodes.len()] };
+        for edge in self.branches.iter().chain(self.joints.iter().map(|joint| &joint.edge)) {
+            let _ = trees.join(edge.ends);
+        }
+        trees.find(one as u32) == trees.find(other as u32)
+    }
 }
 
 /// Sets of nodes, each with its root as far as one is known.

@@ -26,6 +26,12 @@ impl Flattener<'_, '_> {
         values: Vec<Local>,
         cx: &Context,
     ) -> Result<Outputs, Fail> {
+        // Only what its declarations say can call it again, and would do so for ever.
+        if cx.called.iter().any(|(own, _)| *own == callee.inst) {
+            let message =
+                format!("the declarations of `{}`, which is an external function, call itself", callee.name());
+            return Err(self.error(Code::Limit, span, message));
+        }
         let mut inner = cx.inside(callee);
         inner.called_from = Some(cx.called_from.unwrap_or(span));
         let values = self.claim_inputs(span, callee, values, cx);

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Diagnostic, Edit, Reported, Span};
 use hyd_syntax::tree::{
     Argument, ClassBody, ClassDef, ClassKind, Component, Element, ElementModification, ElementPrefixes, NestedClass,
 };
@@ -163,7 +163,9 @@ impl ClassTable<'_> {
             true => (Code::FinalModified, format!("`{name}` is final and cannot be redeclared")),
             false => (Code::Redeclaration, format!("`{name}` is redeclared but was not declared `replaceable`")),
         };
-        self.report(Diagnostic::error(code, message).at(at, "redeclared here").with(declared, "declared here"));
+        let fault = Diagnostic::error(code, message).at(at, "redeclared here").with(declared, "declared here");
+        let fault = if prefixes.is_final { fault } else { self.propose_replaceable(fault, &name, declared) };
+        self.report(fault);
         Err(Reported)
     }
 
@@ -220,7 +222,21 @@ impl ClassTable<'_> {
         if let Some(span) = at {
             diagnostic = diagnostic.at(span, "redeclared here");
         }
-        self.report(diagnostic.with(declared, "declared here"));
+        let diagnostic = self.propose_replaceable(diagnostic.with(declared, "declared here"), name, declared);
+        self.report(diagnostic);
+    }
+
+    /// A declaration in the user's own text can be made replaceable.
+    fn propose_replaceable(&self, diagnostic: Diagnostic, name: &str, declared: Span) -> Diagnostic {
+        let text = self.files.text(declared.file);
+        let Some(before) = text.get(..declared.start as usize).filter(|_| self.main == Some(declared.file)) else {
+            return diagnostic;
+        };
+        let from = before.rfind([';', '\n']).map_or(0, |at| at + 1);
+        let begin = from + (before[from..].len() - before[from..].trim_start().len());
+        let edit = Edit { span: Span::new(declared.file, begin, begin), text: "replaceable ".to_string() };
+        let words = format!("declare `{name}` as `replaceable`, if it may be another one");
+        diagnostic.help(words.clone()).propose(words, vec![edit])
     }
 }
 
