@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use hyd_compiler::{Compilation, Diagnostic, Extras, Goal};
+use hyd_compiler::{Compilation, Diagnostic, Extras, Goal, unused_parameters};
 use hyd_report::{Curve, Figure};
 use hyd_results::{Discard, partial, write_whole};
 use hyd_run::{InputTable, Recorder, RunArguments, Status, check_target, check_usage, finish, interrupt, tell};
@@ -89,6 +89,12 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
     let Err(error) = outcome.result else { return printed };
     Err(finish(&outcome.summary, error, &|error, kept| {
         let mut diagnostic = run_diagnostic(error, &compilation.files, compilation.flat.as_deref(), kept);
+        let is_of_the_model =
+            !matches!(error, SolveError::Interrupted { .. } | SolveError::Sink { .. } | SolveError::Option(_));
+        let unused = unused_parameters(&compilation.files, &arguments.model.file.display().to_string());
+        if let Some(sentence) = unused.filter(|_| is_of_the_model) {
+            diagnostic.notes.insert(0, sentence);
+        }
         // What reads a recording or another tool's unit is no small thing to run again.
         if table.is_none() && units.is_none() {
             let model = &arguments.model;

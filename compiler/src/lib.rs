@@ -19,6 +19,7 @@ mod pipeline;
 pub mod render;
 mod stand_in;
 mod suspects;
+mod unused;
 mod variation;
 
 pub use balance::{Balance, Element, Factor, Scaled, balances};
@@ -37,6 +38,7 @@ pub use pipeline::{
 };
 pub use stand_in::{ReadInput, read_inputs};
 pub use suspects::{Suspect, suspects};
+pub use unused::unused_parameters;
 pub use variation::{Variation, varied};
 
 /// True for a text that is a unit of SI, such as `N.s/m`.

@@ -12,6 +12,7 @@ use hyd_source::{Code, Diagnostic, FileId, Files, Outcome, Severity, Span};
 use crate::back_end::sort;
 use crate::choice::choose;
 use crate::compilation::{Compilation, Goal, Options, StageTime};
+use crate::unused::tell_unused;
 
 /// Compiles `text` (shown in messages as `name`) with the libraries that `sources` knows.
 pub fn compile(sources: &mut dyn Sources, name: &str, text: &str, options: &Options) -> Compilation {
@@ -125,6 +126,7 @@ fn compile_loops(sources: Texts<'_>, name: &str, text: &str, options: &Options, 
         units.diagnostics.into_iter().partition(is_of_library);
     result.diagnostics.extend(of_user);
     sort(&mut result, &flat, options, (extras.terms, extras.loops));
+    tell_unused(&mut result.diagnostics, &result.files, name);
     // Behind what users can mend.
     result.diagnostics.extend(libraries_warned(of_libraries));
     result
