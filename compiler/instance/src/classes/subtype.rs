@@ -40,8 +40,21 @@ impl ClassTable<'_> {
         if let Some(offered) = misfit.offered {
             diagnostic = diagnostic.with(offered, "offered here");
         }
+        if let Some(base) = self.common_base(new, wanted) {
+            diagnostic = diagnostic.help(format!(
+                "both extend `{base}`: if that is all that is needed, `constrainedby {base}` behind the replaceable declaration says so"
+            ));
+        }
         self.report(diagnostic);
         Err(Reported)
+    }
+
+    /// The first class that both extend.
+    fn common_base(&mut self, new: ClassId, wanted: ClassId) -> Option<String> {
+        let (a, b) = (self.shape(new).ok()?, self.shape(wanted).ok()?);
+        let bases = b.frames.iter().map(|frame| frame.class).filter(|&class| class != wanted && class != new);
+        let common = bases.into_iter().find(|class| a.frames.iter().any(|frame| frame.class == *class))?;
+        Some(self.full_name(common))
     }
 
     /// Why class `new` cannot stand where `wanted` is expected; `None` if it can.
