@@ -73,7 +73,7 @@ impl Trials<'_> {
         if let Some(failure) = failure.filter(|own| is_of_the_model(own)) {
             trouble.run = true;
             trouble.start = failure.time().is_some_and(|time| time <= self.start(compilation));
-            // The bound of a delay is no judgement of the model.
+            // The bound of a delay is not a judgement of the model.
             let is_delay = |message: &str| message.starts_with("the delay time of `");
             trouble.judged = matches!(failure, SolveError::Assertion { report, .. } if !is_delay(&report.message));
             trouble.grows = failure.grows();

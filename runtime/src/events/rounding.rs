@@ -12,7 +12,7 @@ use crate::weights::Weights;
 
 /// Perturbed points that are looked at.
 const TRIALS: u32 = 4;
-/// What no trial has exceeded may be so many times as large: few of many bits moved the same way.
+/// What no trial has exceeded may be larger by this factor: few of many bits moved the same way.
 const SAFETY: f64 = 4.0;
 
 /// Sizes below which the root functions at `t` (s), which are `values` there, are nothing but rounding of the states of `y`.

@@ -66,7 +66,24 @@ package Draws
   end pair;
 end Draws;
 
+// Two of a class, and two in an array, draw for themselves, also where a function of all of them draws.
+block Source
+  parameter Integer id;
+  discrete Real y(start = 0, fixed = true);
+  discrete Real z(start = 0, fixed = true);
+equation
+  when sample(0.01, 0.05) then
+    y = Draws.draw(id);
+    z = Draws.perhaps(id, 1);
+  end when;
+end Source;
+
 model Test
+  Source one_source(id = id);
+  Source other_source(id = id);
+  Source several[2](each id = id);
+  discrete Real taken[8](each start = 0, each fixed = true) "the numbers that the four sources drew";
+  discrete Real drawn[8](each start = 0, each fixed = true) "eight numbers of the state that is written down";
   parameter Integer seed = 4711;
   parameter Integer id = Draws.begin(seed);
   discrete Real first(start = 0, fixed = true), later(start = 0, fixed = true), one(start = 0, fixed = true);
@@ -91,6 +108,9 @@ equation
     reinit(height, Draws.draw(id));
   end when;
   der(height) = 0;
+  when sample(0.015, 0.05) then
+    taken = {one_source.y, one_source.z, other_source.y, other_source.z, several[1].y, several[1].z, several[2].y, several[2].z};
+  end when;
 algorithm
   when sample(0.02, 0.05) then
     x := Draws.draw(id);
@@ -131,9 +151,15 @@ algorithm
       difference := difference + abs(branch + q + r) + abs(choice - 2);
     end if;
     difference := difference + pre(difference);
+  elsewhen sample(0.01, 0.05) then
+    for k in 1:8 loop
+      (drawn[k], s) := Hyd.Random.xorshift1024star(s);
+    end for;
   elsewhen sample(0.02, 0.05) then
+    // In whatever order they drew, they drew these eight.
+    difference := pre(difference) + abs(sum(taken) - sum(drawn)) + abs(sum(taken[k]^2 for k in 1:8) - sum(drawn[k]^2 for k in 1:8));
     (p, s) := Hyd.Random.xorshift1024star(s);
-    difference := pre(difference) + abs(height - newest) + abs(x - p);
+    difference := difference + abs(height - newest) + abs(x - p);
     if p > 0.25 then
       (p, s) := Hyd.Random.xorshift1024star(s);
       difference := difference + abs(y - p);

@@ -148,6 +148,18 @@ fn what_may_not_be_meant_is_shown_and_not_written() {
              annotation(experiment(StopTime = 100));\nend M;\n",
             "change the sign of `-G*(T - 200)`",
         ),
+        // A guard would let the level fall below zero: the pump goes on.
+        (
+            "model M\n  Real h(start = 1, fixed = true);\n  Real v;\nequation\n  v = sqrt(2*9.81*h);\n  0.5*der(h) = -0.001*v - 0.01;\n\
+             annotation(experiment(StopTime = 100));\nend M;\n",
+            "(`h` then falls below zero)",
+        ),
+        // A root that is negative from the start says that a number is wrong: 80 for 80e5.
+        (
+            "model M\n  parameter Real p0 = 80;\n  parameter Real p_tank = 1e5;\n  Real q = 1e-6*sqrt(p - p_tank);\n  \
+             Real p(start = p0, fixed = true);\nequation\n  der(p) = -1e6*q;\nend M;\n",
+            "sign(p - p_tank)*sqrt(abs(p - p_tank))",
+        ),
     ] {
         folder.write("m.hyd", text);
         let outcome = run(folder.path(), &["check", "m.hyd", "--fix", "--stop", "100"]);

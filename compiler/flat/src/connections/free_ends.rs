@@ -2,7 +2,7 @@
 //!
 //! Where the potential of an open end follows from that of another end of the same component alone, and that one is connected, both move
 //! together, and nothing has to be connected to the open one.  It may lack a connection all the same where there is another open
-//! end of its kind in a part of the model that nothing joins with this one: then both are told.
+//! end of its kind in a part of the model that nothing joins with this one: then both are reported.
 
 use hyd_instance::InstId;
 use hyd_syntax::tree::{ClassKind, Name};

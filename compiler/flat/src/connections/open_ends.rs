@@ -175,7 +175,7 @@ impl Flattener<'_, '_> {
         false
     }
 
-    fn connects_of(&self, class: ClassId) -> FxHashSet<String> {
+    pub(super) fn connects_of(&self, class: ClassId) -> FxHashSet<String> {
         let mut named = Named::default();
         if let ClassBody::Long { equations, .. } = &self.scopes.table.class(class).def.body {
             equations.iter().flat_map(|section| &section.equations).for_each(|equation| named.equation(equation));

@@ -22,8 +22,8 @@ impl Flattener<'_, '_> {
         for (kept, replaced) in [(ends[0], ends[1]), (ends[1], ends[0])] {
             let Some(component) = self.scopes.instances[kept.inst].parent else { continue };
             let Some(around) = self.scopes.instances[component].parent else { continue };
-            let lines = self.scopes.table.files.text(kept.span.file).lines();
-            let connections = lines.filter(|own| own.contains("connect(") && !own.trim_start().starts_with("//"));
+            let Some(class) = self.scopes.instances[around].class else { continue };
+            let connected = self.connects_of(class);
             for &other in self.scopes.instances[around].children.iter().filter(|&&own| own != component) {
                 for &connector in &self.scopes.instances[other].children {
                     let own = &self.scopes.instances[connector];
@@ -31,8 +31,7 @@ impl Flattener<'_, '_> {
                         continue;
                     }
                     let name = format!("{}.{}", self.scopes.instances[other].name, own.name);
-                    let is_connected = connections.clone().any(|line| line.contains(&name));
-                    if self.is_of_kind(connector, kept.leaves) && !is_connected {
+                    if self.is_of_kind(connector, kept.leaves) && !connected.contains(&name) {
                         found.push((name, kept.span, replaced.span));
                     }
                 }

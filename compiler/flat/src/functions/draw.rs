@@ -25,6 +25,8 @@ pub(crate) const STATE: usize = 33;
 /// Something that happens at an event and may draw random numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct AtEvent {
+    /// The component of the model in whose text it stands; functions are the same for all components.
+    pub inst: InstId,
     /// It happens.
     pub acts: NodeId,
     /// The loops around it; counters beyond them run through elements.
@@ -33,7 +35,7 @@ pub(crate) struct AtEvent {
     pub way: Vec<(Span, Vec<Affine>)>,
 }
 
-/// A place that draws: the instance, the calls with the loops around them, and how often the statements have been here before.
+/// A place that draws: the component, the calls with the loops around them, and how often the statements have been here before.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Place {
     inst: InstId,
@@ -59,7 +61,7 @@ pub(crate) struct Seeding {
 
 impl AtEvent {
     pub(crate) fn new(acts: NodeId, cx: &Context) -> Self {
-        Self { acts, loops: cx.counts.len(), way: Vec::new() }
+        Self { inst: cx.scope.inst, acts, loops: cx.counts.len(), way: Vec::new() }
     }
 
     /// The same in a function that is called from `cx`.
@@ -77,9 +79,9 @@ impl AtEvent {
 impl Flattener<'_, '_> {
     /// The state is set to the values of an argument.
     pub(super) fn set_hidden_state(&mut self, span: Span, values: Option<&Local>, cx: &Context) -> Result<(), Fail> {
+        // Of a compiled function nobody outside knows the values: whoever draws is told that nothing sets the generator up.
         if self.in_body(cx) {
-            let message = "the state of this generator is set in a function that is compiled";
-            return Err(self.error(Code::OutsideProfile, cx.called_from.unwrap_or(span), message));
+            return Ok(());
         }
         let state: Option<Vec<NodeId>> = match values {
             Some(Local::Array(items, _)) if items.len() == STATE => Some(items.iter().map(|item| item.node).collect()),
@@ -111,7 +113,7 @@ impl Flattener<'_, '_> {
             self.report(Diagnostic::error(Code::OutsideProfile, message).at(at, "").help(help));
             return Err(Fail::Reported);
         };
-        let place = self.place_of_draw(&event.through(span, cx), cx)?;
+        let (place, inst) = (self.place_of_draw(&event.through(span, cx), cx)?, event.inst);
         let arena = &mut self.model.templates.arena;
         let reached = cx.holds.map_or(event.acts, |holds| arena.and(event.acts, holds));
         self.drawn += 1;
@@ -119,7 +121,7 @@ impl Flattener<'_, '_> {
         let number = match known {
             Some(known) => known,
             None => {
-                let number = self.make_draw(span, reached, cx);
+                let number = self.make_draw(inst, cx.called_from.unwrap_or(span), reached);
                 self.tables().notes.draws.insert(place, number);
                 number
             }
@@ -134,7 +136,7 @@ impl Flattener<'_, '_> {
         let known = |values: &[Affine]| values.iter().map(Affine::as_constant).collect::<Option<Vec<i64>>>();
         let way = event.way.iter().map(|(span, values)| Some((*span, known(values)?)));
         let way = way.collect::<Option<Vec<_>>>().ok_or(Fail::NeedsExpansion)?;
-        let mut place = Place { inst: cx.scope.inst, turn, way, before: 0 };
+        let mut place = Place { inst: event.inst, turn, way, before: 0 };
         let met = self.draws_met.entry(place.clone()).or_default();
         place.before = *met;
         *met += 1;
@@ -142,8 +144,8 @@ impl Flattener<'_, '_> {
     }
 
     /// The variables of a place: the number.
-    fn make_draw(&mut self, span: Span, reached: NodeId, cx: &Context) -> VarId {
-        let origin = Origin { path: self.path(cx.scope.inst), span: cx.called_from.unwrap_or(span) };
+    fn make_draw(&mut self, inst: InstId, span: Span, reached: NodeId) -> VarId {
+        let origin = Origin { path: self.path(inst), span };
         let count = self.all_notes().map(|notes| notes.draws.len()).sum::<usize>() + 1;
         let integer = (ValueKind::Integer, Variability::Discrete);
         let state = self.make(Made::Event, format!("$draw{count}.state"), &[STATE], integer, origin.clone());

@@ -63,7 +63,7 @@ impl Flattener<'_, '_> {
         }
     }
 
-    /// `right`, or what is given where that acts; there are so many loops around the assignment.
+    /// `right`, or what is given where that acts; `loops`: how many counters the loops around the assignment have.
     pub(super) fn when_given(
         &mut self,
         given: &Given<'_>,
@@ -73,7 +73,7 @@ impl Flattener<'_, '_> {
         (loops, index): (usize, &[Affine]),
     ) -> Result<NodeId, Fail> {
         let acts = self.guarded(fires[given.branch], &given.guards, cx)?;
-        cx.event = Some(AtEvent { acts, loops, way: Vec::new() });
+        cx.event = Some(AtEvent { loops, ..AtEvent::new(acts, cx) });
         let value = self.when_value(given.value, cx, index);
         cx.event = None;
         let value = value?;
