@@ -11,6 +11,7 @@
 
 mod compare;
 mod hunt;
+mod meanings;
 mod processes;
 mod ways;
 
@@ -44,4 +45,14 @@ fn executables() {
 #[test]
 fn sweeps() {
     processes::sweeps(600, 5);
+}
+
+/// Statements mean the same over values, over nodes and as steps.
+#[test]
+fn functions_in_three_ways() {
+    let (first, count) = asked();
+    let (compared, different) = meanings::compare(first, count);
+    println!("{compared} calls compared, {} differ", different.len());
+    assert!(different.is_empty(), "{}", different.join("\n\n"));
+    assert!(compared * 2 >= 3 * count as usize, "too few calls: {compared}");
 }
