@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyd_compiler::FlatModel;
-use hyd_flat::{BlockId, EVERY_INPUT, Section, Target, VariableBlock};
+use hyd_flat::{BlockId, EVERY_INPUT, Section, Target, TextBlock, VariableBlock};
 use hyd_fmi::{
-    Bounds, DeclaredType, End, Facts, KnownUnit, Parts, Terminal, Version, describe, identifier, pack, token,
+    Bounds, DeclaredType, End, Facts, KnownUnit, Parts, Terminal, Text, Version, describe, identifier, pack, token,
 };
 use hyd_payload::{Backend, Loaded, Model, executable, format};
 use hyd_results::write_whole;
@@ -70,6 +70,7 @@ pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failur
         library: &library,
         payload: &bytes,
         inputs: &inputs,
+        texts: &facts.texts,
     };
     let path = &arguments.output;
     let archive = pack(version, name, parts).map_err(|error| not_written(path, &error))?;
@@ -79,7 +80,7 @@ pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failur
         let note = "the model has delays, so the unit is for co-simulation only: it has no finite state that others could integrate";
         output::sentence("note", note, arguments.model.message_format);
     }
-    if let Some(note) = fixed_parameters(&payload) {
+    for note in [fixed_parameters(&payload), fixed_texts(flat), texts_left_out(flat)].into_iter().flatten() {
         output::sentence("note", &note, arguments.model.message_format);
     }
     let kinds = if exchange { "model exchange and co-simulation" } else { "co-simulation" };
@@ -102,14 +103,37 @@ pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failur
 fn fixed_parameters(payload: &Model) -> Option<String> {
     let fixed = payload.tables.variables.iter().filter(|info| info.settable == Settable::Structural && !info.protected);
     let names: Vec<String> = fixed.map(|info| format!("`{}`", info.name.parts[0].0)).collect();
+    Some(format!(
+        "fixed in the unit, because they decide sizes or structure: {}; `hyd build --set NAME=VALUE` makes a unit with other values",
+        some_of(&names)?
+    ))
+}
+
+/// A sentence on the Strings that others cannot set; none where there are none.
+fn fixed_texts(flat: &FlatModel) -> Option<String> {
+    let open = flat.texts.iter().filter(|text| text.is_open);
+    let whole = |text: &TextBlock| text.name.parts.iter().map(|(part, _)| &**part).collect::<String>();
+    let names: Vec<String> = open.map(|text| format!("`{}`", whole(text))).collect();
+    Some(format!(
+        "constant in the unit, because they are Strings: {}; `hyd build --set NAME=VALUE` makes a unit with other values",
+        some_of(&names)?
+    ))
+}
+
+/// A sentence on the Strings that the unit does not have.
+fn texts_left_out(flat: &FlatModel) -> Option<String> {
+    let names: Vec<String> = flat.open_texts.iter().map(|name| format!("`{name}`")).collect();
+    Some(format!("not in the unit, because they are Strings that follow from what can be set: {}", some_of(&names)?))
+}
+
+/// The first of some names; none where there are none.
+fn some_of(names: &[String]) -> Option<String> {
     let shown = names.get(..MOST_FIXED.min(names.len())).filter(|shown| !shown.is_empty())?.join(", ");
     let more = match names.len().saturating_sub(MOST_FIXED) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    Some(format!(
-        "fixed in the unit, because they decide sizes or structure: {shown}{more}; `hyd build --set NAME=VALUE` makes a unit with other values"
-    ))
+    Some(format!("{shown}{more}"))
 }
 
 /// The start value of an input by its full name.
@@ -151,6 +175,16 @@ fn facts(flat: &FlatModel, payload: &Model) -> Result<Facts, Failure> {
         facts.bounds.entry((variable, element)).or_default().start = Some(value);
     }
     facts.terminals = terminals(flat, &positions);
+    for block in &flat.texts {
+        let description = block.description.as_deref().unwrap_or_default().to_string();
+        let elements = block.values.iter().enumerate();
+        facts.texts.extend(elements.map(|(k, value)| Text {
+            name: block.name.element(k),
+            // A zero would end it before its end.
+            value: value.replace('\0', ""),
+            description: description.clone(),
+        }));
+    }
     for info in &payload.tables.variables {
         for unit in [&info.unit, &info.display_unit].into_iter().filter(|unit| !unit.is_empty()) {
             if let Ok(known) = hyd_units::parse_unit(unit) {

@@ -6,12 +6,14 @@ use hyd_payload::target::Target;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use crate::facts::Version;
+use crate::facts::{Text, Version};
 
 /// The file below `resources` that holds the payload.
 pub const PAYLOAD: &str = "model.hyd";
 /// The file below `resources` that holds what inputs are before anybody has said so: a number of eight bytes, low ones first, for each.
 pub const INPUTS: &str = "inputs.hyd";
+/// The file below `resources` that holds the Strings: UTF-8, each with a zero behind it.
+pub const TEXTS: &str = "texts.hyd";
 /// The list of connectors.
 const TERMINALS: &str = "terminalsAndIcons/terminalsAndIcons.xml";
 /// Enough for code; more takes longer than the rest of the translation.
@@ -30,6 +32,8 @@ pub struct Parts<'a> {
     pub payload: &'a [u8],
     /// Start values of the inputs, in the order of their sites.
     pub inputs: &'a [f64],
+    /// Strings, in the order of their numbers.
+    pub texts: &'a [Text],
 }
 
 /// The name that files and functions of the unit go by: a name of C made of that of the model.
@@ -82,13 +86,15 @@ pub fn pack(version: Version, model: &str, parts: Parts<'_>) -> io::Result<Vec<u
         SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(LEVEL));
     let library = format!("binaries/{folder}/{}.{ending}", identifier(model));
     let inputs: Vec<u8> = parts.inputs.iter().flat_map(|value| value.to_le_bytes()).collect();
-    let names = [PAYLOAD, INPUTS].map(|file| format!("resources/{file}"));
+    let texts: Vec<u8> = parts.texts.iter().flat_map(|text| text.value.bytes().chain([0])).collect();
+    let names = [PAYLOAD, INPUTS, TEXTS].map(|file| format!("resources/{file}"));
     let terminals = parts.terminals.map(|bytes| (TERMINALS, bytes, 0o644));
-    let files: [(&str, &[u8], u32); 4] = [
+    let files: [(&str, &[u8], u32); 5] = [
         ("modelDescription.xml", parts.description, 0o644),
         (library.as_str(), parts.library, 0o755),
         (&names[0], parts.payload, 0o644),
         (&names[1], &inputs, 0o644),
+        (&names[2], &texts, 0o644),
     ];
     for (name, bytes, mode) in files.into_iter().chain(terminals) {
         archive.start_file(name, options.unix_permissions(mode))?;

@@ -2,7 +2,7 @@
 //!
 //! 0 is the time; then all elements of all variables in the order of the tables; then what only the interface has: event indicators, and
 //! where the choice of states changes during the run the states at present and their rates, else rates that no variable of the model
-//! shows.  An array has the number of its first element.
+//! shows; then the Strings, which the payload does not know.  An array has the number of its first element.
 
 use std::collections::BTreeMap;
 
@@ -25,6 +25,8 @@ pub enum Meaning {
     State(usize),
     /// The rate of a state at present, where that varies or the rate has no name.
     Rate(usize),
+    /// A String.
+    Text(usize),
 }
 
 /// The numbering of a model.
@@ -38,11 +40,12 @@ pub struct Catalogue {
     varying: Option<usize>,
     /// States whose rates no variable shows, by their order.
     nameless: Vec<usize>,
+    texts: usize,
 }
 
 impl Catalogue {
-    /// The numbering of a model; none if it has more than fit.
-    pub fn new(model: &Model) -> Option<Self> {
+    /// The numbering of a model with so many Strings; none if it has more than fit.
+    pub fn new(model: &Model, texts: usize) -> Option<Self> {
         let variables = &model.tables.variables;
         let mut first = Vec::with_capacity(variables.len() + 1);
         let mut next: u32 = TIME + 1;
@@ -57,11 +60,11 @@ impl Catalogue {
         let varying = (!model.candidates.is_empty()).then(|| states - dependent);
         let pairs = StateVariables::new(model).map_or_else(Vec::new, |states| states.pairs);
         let nameless: Vec<usize> = (0..pairs.len()).filter(|&k| pairs[k].1.is_none()).collect();
-        let rest = model.structure.roots + 2 * varying.unwrap_or(0) + nameless.len();
+        let rest = model.structure.roots + 2 * varying.unwrap_or(0) + nameless.len() + texts;
         next.checked_add(u32::try_from(rest).ok()?)?;
         let whole = WholeArrays::new(model);
         let is_array = (0..variables.len()).map(|k| whole.holds(k)).collect();
-        Some(Self { first, is_array, indicators: model.structure.roots, varying, nameless })
+        Some(Self { first, is_array, indicators: model.structure.roots, varying, nameless, texts })
     }
 
     /// True if the variable is one array for version 3.0; other arrays are given element by element.
@@ -91,6 +94,12 @@ impl Catalogue {
         self.nameless.iter().position(|&k| k == state).map(|k| begin + k as u32)
     }
 
+    /// The number of a String.
+    pub fn text(&self, k: usize) -> u32 {
+        let before = self.indicators + 2 * self.varying.unwrap_or(0) + self.nameless.len();
+        self.indicator(before + k)
+    }
+
     /// How many states there are, if which they are varies.
     pub fn varying_states(&self) -> Option<usize> {
         self.varying
@@ -112,7 +121,13 @@ impl Catalogue {
             Some(k) if k < 2 * self.varying.unwrap_or(0) => {
                 Some(if k.is_multiple_of(2) { Meaning::State(k / 2) } else { Meaning::Rate(k / 2) })
             }
-            Some(k) => self.nameless.get(k - 2 * self.varying.unwrap_or(0)).map(|&state| Meaning::Rate(state)),
+            Some(k) => {
+                let k = k - 2 * self.varying.unwrap_or(0);
+                match k.checked_sub(self.nameless.len()) {
+                    None => Some(Meaning::Rate(self.nameless[k])),
+                    Some(k) => (k < self.texts).then_some(Meaning::Text(k)),
+                }
+            }
         }
     }
 }

@@ -13,11 +13,11 @@ use crate::archive::identifier;
 use crate::around::{Around, is_elsewhere, place_of};
 use crate::catalogue::{Catalogue, Meaning};
 use crate::dependencies::{Dependencies, dependencies};
-use crate::facts::{Facts, Version};
+use crate::facts::{Facts, Text, Version};
 use crate::terminals::{self, Names};
 use crate::types::{Types, limits};
 use crate::units::Units;
-use crate::variables::{Causality, Entry, Variables};
+use crate::variables::{Causality, Changes, Entry, Variables};
 use crate::xml::{Attributes, Document, list, number};
 
 /// Categories of messages, with what they are for.
@@ -39,16 +39,17 @@ pub struct Descriptions {
 /// The descriptions of a model.  `token`: what the library is to know the unit by.  None where states have no names, which a model of
 /// this program always has.
 pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> Option<Descriptions> {
-    let catalogue = Catalogue::new(model)?;
+    let catalogue = Catalogue::new(model, facts.texts.len())?;
     let mut variables = Variables::new(model, facts, &catalogue, version)?;
     let units = Units::of(&mut variables.entries, facts);
-    let types = Types::of(&variables.entries);
+    let types = Types::of(&variables.entries, &facts.texts);
     let writer = Description { model, catalogue: &catalogue, version, variables: &variables, types: &types };
     let mut document = Document::new();
     let structured = variables
         .entries
         .iter()
-        .all(|entry| is_structured(&entry.name) && entry.aliases.iter().all(|(name, _)| is_structured(name)));
+        .all(|entry| is_structured(&entry.name) && entry.aliases.iter().all(|(name, _)| is_structured(name)))
+        && facts.texts.iter().all(|text| is_structured(&text.name));
     let root = Attributes::default()
         .with("fmiVersion", version.text())
         .with("modelName", &model.tables.model)
@@ -75,6 +76,7 @@ pub fn describe(model: &Model, facts: &Facts, version: Version, token: &str) -> 
                 Version::Two => writer.variable_two(document, entry),
                 Version::Three => writer.variable_three(document, entry),
             });
+            facts.texts.iter().enumerate().for_each(|(k, text)| writer.text(document, k, text));
         });
         writer.structure(document);
     });
@@ -215,6 +217,23 @@ impl Description<'_> {
                 document.empty("Alias", Attributes::default().with("name", name).text("description", description));
             }
         });
+    }
+
+    fn text(&self, document: &mut Document, k: usize, text: &Text) {
+        let common = Attributes::default()
+            .with("name", &text.name)
+            .with("valueReference", self.catalogue.text(k))
+            .text("description", &text.description)
+            .with("causality", Causality::Local.text())
+            .with("variability", Changes::Never.text())
+            .with("initial", "exact");
+        let value = |name| Attributes::default().exact(name, &text.value);
+        match self.version {
+            Version::Two => {
+                document.element("ScalarVariable", common, |document| document.empty("String", value("start")));
+            }
+            Version::Three => document.element("String", common, |document| document.empty("Start", value("value"))),
+        }
     }
 
     /// Outputs, rates and what is unknown at the start, with what they depend on as far as it is known.

@@ -69,6 +69,17 @@ pub struct DeclaredType {
     pub literals: Vec<String>,
 }
 
+/// A String, whose value was fixed when the unit was made.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Text {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: String,
+    /// Description; may be empty.
+    pub description: String,
+}
+
 /// A connector.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Terminal {
@@ -97,6 +108,8 @@ pub struct Facts {
     pub units: BTreeMap<String, KnownUnit>,
     /// Values of all parameters, as the tables address them.
     pub parameters: Vec<f64>,
+    /// Strings, in the order of their numbers.
+    pub texts: Vec<Text>,
     /// Connectors in the order of the text.
     pub terminals: Vec<Terminal>,
     /// The program that makes the unit.

@@ -17,7 +17,7 @@ mod units;
 mod variables;
 mod xml;
 
-pub use archive::{INPUTS, PAYLOAD, Parts, identifier, pack, token};
+pub use archive::{INPUTS, PAYLOAD, Parts, TEXTS, identifier, pack, token};
 pub use catalogue::{Catalogue, Meaning, Starts, TIME};
 pub use description::{Descriptions, describe};
-pub use facts::{Bounds, DeclaredType, End, Facts, KnownUnit, Terminal, Version};
+pub use facts::{Bounds, DeclaredType, End, Facts, KnownUnit, Terminal, Text, Version};

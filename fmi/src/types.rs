@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use hyd_system::ValueKind;
 
-use crate::facts::{Bounds, DeclaredType, Version};
+use crate::facts::{Bounds, DeclaredType, Text, Version};
 use crate::variables::Entry;
 use crate::xml::{Attributes, Document, number};
 
@@ -33,11 +33,12 @@ pub(crate) struct Types {
 
 impl Types {
     /// Those that the declarations of the variables name, and all enumerations.  A type must not have the name of a variable.
-    pub(crate) fn of(entries: &[Entry]) -> Self {
+    pub(crate) fn of(entries: &[Entry], texts: &[Text]) -> Self {
         let taken = entries.iter().flat_map(|entry| {
             let aliases = entry.aliases.iter().map(|(name, _)| name.as_str());
             aliases.chain([entry.name.as_str()])
         });
+        let taken = taken.chain(texts.iter().map(|text| text.name.as_str()));
         let mut taken: BTreeSet<String> = taken.map(String::from).collect();
         let mut types = Self { definitions: Vec::new(), of: BTreeMap::new() };
         for entry in entries {

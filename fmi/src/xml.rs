@@ -13,6 +13,13 @@ impl Attributes {
         self
     }
 
+    /// A text of which line ends and tabs stay what they are.
+    pub(crate) fn exact(mut self, name: &'static str, value: &str) -> Self {
+        let keep = |c: &char| matches!(c, '\t' | '\n' | '\r') || legal(&c.to_string()).starts_with(*c);
+        self.0.push((name, value.chars().filter(keep).collect()));
+        self
+    }
+
     /// Only if there is a value.
     pub(crate) fn maybe(self, name: &'static str, value: Option<impl ToString>) -> Self {
         match value {

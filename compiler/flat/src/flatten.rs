@@ -123,7 +123,11 @@ impl<'t, 's> Flattener<'t, 's> {
         self.check_discrete_time();
         self.check_before_event();
         self.take_given_values();
+        self.take_given_texts();
         self.settle();
+        if self.is_for_other_tools() {
+            self.note_texts();
+        }
         let injectable = self.notes.injectable.iter().map(|&at| at as u32).collect();
         let clocked = self.notes.clocked.iter().map(|&(at, clock, count)| (at as u32, clock, count)).collect();
         FlatModel { injectable, clocked, ..self.model }

@@ -23,7 +23,7 @@ pub use flatten::flatten;
 pub use model::{
     BlockId, ClockKind, ClockOperator, ConstId, DeclaredType, DelayBlock, DrivenBlock, EquationBlock, Experiment,
     FlatModel, ForeignBlock, Gaps, Imbalance, Message, MessagePart, Operand, PerElement, Potential, Quantity, Section,
-    StateSelect, Target, Terminal, UnitClaim, VarId, VariableBlock,
+    StateSelect, Target, Terminal, TextBlock, UnitClaim, VarId, VariableBlock,
 };
 pub use sections::inject::{Injection, TermShape};
 pub use state::made::{Made, derivative_block, rate_unit};

@@ -356,6 +356,19 @@ pub enum MessagePart {
     Value(TextFormat, ValueKind),
 }
 
+/// A String parameter or constant with the values of its elements.
+#[derive(Clone, Debug)]
+pub struct TextBlock {
+    /// Its name.
+    pub name: NamePattern,
+    /// Values in the order of the elements of the name.
+    pub values: Vec<Arc<str>>,
+    /// Description.
+    pub description: Option<Arc<str>>,
+    /// A parameter that a text of the model can give another value.
+    pub is_open: bool,
+}
+
 /// Text of an `assert` or `terminate`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Message {
@@ -446,6 +459,10 @@ pub struct FlatModel {
     pub injectable: Vec<u32>,
     /// Values that are set for a run where declarations say otherwise; they stay data, but nothing is divided by one that is zero.
     pub given: Vec<(VarId, f64)>,
+    /// Strings, looked at where the model leaves for other tools.
+    pub texts: Vec<TextBlock>,
+    /// Names of those whose values follow from what can be set.
+    pub open_texts: Vec<String>,
     /// Public inputs of the model itself: parameters, if it has no physical connectors outside.
     pub inputs: Vec<BlockId>,
     /// Public outputs of the model itself.

@@ -3,7 +3,8 @@
 //! `cargo bench -p hyd-unit -- FOLDER STEP STEPS`: the folder of an unpacked unit of FMI 3.0, and the steps (s, number) that are taken of it.
 //! The C functions are called at the points of classical Runge-Kutta steps from the start of the model, four rates a step, each step completed,
 //! with no event on the way; what setting time and states and what completing steps costs is told apart.  The residual is that of the
-//! compiled model in this process, without any solver.  The least of several rounds, by the wall clock.
+//! compiled model in this process, without any solver.  The same steps are also taken one after the other, each with the rates of the one before, as an
+//! integrator does: by the unit, by the residual, and with rates that cost nothing.  The least of several rounds, by the wall clock.
 
 use std::ffi::{CString, c_void};
 use std::path::Path;
@@ -20,6 +21,8 @@ const STOP: f64 = 1.0;
 const ROUNDS: usize = 15;
 /// Room for the rates of a model.
 const MOST_STATES: usize = 1000;
+/// A rate by which the factors of rates are found.
+const FAR: f64 = 1e12;
 
 /// A point that an integrator asks for, and whether it goes on from it.
 struct Asked {
@@ -89,6 +92,83 @@ fn measure(folder: &Path, steps: (f64, usize)) {
     println!("  one residual {:.0} ns; time and states set {:.0} ns", residual / calls, set / calls);
     println!("  rates {:.0} ns, {:.2} residuals", rates / calls, rates / residual);
     println!("  a step completed {:.0} ns", (completed - clock / 2.0) / steps.1 as f64);
+    in_a_row(&unit, &mut system, &solved[0], steps);
+}
+
+/// Steps of which each waits for the rates of the one before.
+fn in_a_row(unit: &Unit, system: &mut Instance, start: &Solved, steps: (f64, usize)) {
+    let (_, y, yp) = start;
+    let n = y.len();
+    let Some(places) = rows_of_rates(system, start) else { return };
+    let (mut at, zeros, mut residual) = (y.clone(), vec![0.0; n], vec![0.0; n]);
+    let mut least = [f64::INFINITY; 3];
+    let mut ends = [0.0; 3];
+    for _ in 0..ROUNDS {
+        let rounds = [
+            seconds(|| ends[0] = runge_kutta(y, steps, |t, x, out| unit.rates(t, x, out))),
+            seconds(|| {
+                ends[1] = runge_kutta(y, steps, |t, x, out| {
+                    at.copy_from_slice(x);
+                    system.residual(t, &at, &zeros, &mut residual);
+                    for (rate, &(row, factor)) in out.iter_mut().zip(&places) {
+                        *rate = -residual[row] * factor;
+                    }
+                });
+            }),
+            seconds(|| ends[2] = runge_kutta(y, steps, |_, _, out| out.copy_from_slice(yp))),
+        ];
+        least.iter_mut().zip(rounds).for_each(|(least, own)| *least = least.min(own));
+    }
+    assert!((ends[0] - ends[1]).abs() <= 1e-9 * ends[0].abs(), "{ends:?}");
+    let [by_unit, by_residual, bare] = least.map(|seconds| 1e9 * seconds / (4 * steps.1) as f64);
+    println!(
+        "  in a row: a rate by the unit {by_unit:.0} ns, by the residual {by_residual:.0} ns, of both {bare:.0} ns for the steps themselves: {:.2} times",
+        (by_unit - bare) / (by_residual - bare)
+    );
+}
+
+/// For each rate the row of the residual that says it explicitly, and one over its factor; none where the system is not of that kind.
+fn rows_of_rates(system: &mut Instance, (t, y, _): &Solved) -> Option<Vec<(usize, f64)>> {
+    let n = y.len();
+    if !system.structure().differential.iter().all(|&differential| differential) {
+        return None;
+    }
+    let mut yp = vec![0.0; n];
+    let (mut before, mut after) = (vec![0.0; n], vec![0.0; n]);
+    system.residual(*t, y, &yp, &mut before);
+    let mut places = Vec::new();
+    for k in 0..n {
+        // Far above everything else in its row, so that the difference has all digits.
+        yp[k] = FAR;
+        system.residual(*t, y, &yp, &mut after);
+        yp[k] = 0.0;
+        let changed: Vec<usize> = (0..n).filter(|&row| before[row].to_bits() != after[row].to_bits()).collect();
+        let &[row] = changed.as_slice() else { return None };
+        places.push((row, FAR / (after[row] - before[row])));
+    }
+    Some(places)
+}
+
+/// Classical Runge-Kutta steps from the time 0; the sum of the last point.
+#[inline(always)]
+fn runge_kutta(start: &[f64], (h, steps): (f64, usize), mut rates: impl FnMut(f64, &[f64], &mut [f64])) -> f64 {
+    let n = start.len();
+    let (mut x, mut trial) = (start.to_vec(), start.to_vec());
+    let mut k = [const { [0.0; MOST_STATES] }; 4];
+    for step in 0..steps {
+        let t = h * step as f64;
+        for stage in 0..4 {
+            let part = [0.0, 0.5, 0.5, 1.0][stage] * h;
+            for i in 0..n {
+                trial[i] = if stage == 0 { x[i] } else { x[i] + part * k[stage - 1][i] };
+            }
+            rates(t + part, &trial, &mut k[stage][..n]);
+        }
+        for i in 0..n {
+            x[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
+        }
+    }
+    x.iter().sum()
 }
 
 fn seconds(work: impl FnOnce()) -> f64 {
@@ -163,6 +243,13 @@ impl Unit {
     fn set(&self, own: &Asked) {
         fmi3::fmi3SetTime(self.0, own.t);
         fmi3::fmi3SetContinuousStates(self.0, own.x.as_ptr(), own.x.len());
+    }
+
+    #[inline(always)]
+    fn rates(&self, t: f64, x: &[f64], out: &mut [f64]) {
+        fmi3::fmi3SetTime(self.0, t);
+        fmi3::fmi3SetContinuousStates(self.0, x.as_ptr(), x.len());
+        assert_eq!(fmi3::fmi3GetContinuousStateDerivatives(self.0, out.as_mut_ptr(), out.len()), 0);
     }
 
     /// Sets a point, asks for its rates, and completes the step where one ends; the seconds of the last part.

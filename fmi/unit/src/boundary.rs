@@ -14,7 +14,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::core::{Core, Kind, Manners};
 use crate::exchange::Updated;
 use crate::fault::{Fault, Status};
-use crate::load::{inputs, load};
+use crate::load::{inputs, load, texts};
 
 /// Status of C.
 pub(crate) type StatusCode = i32;
@@ -112,7 +112,7 @@ pub(crate) fn instantiate(log: Log, wish: Wish<'_>, update: Option<IntermediateU
         let folder = wish.resources?;
         let loaded = load(&folder, wish.token)?;
         let inputs = inputs(&folder, loaded.model.structure.inputs.len())?;
-        Core::new(loaded, wish.kind, wish.manners, inputs)
+        Core::new(loaded, (wish.kind, wish.manners), inputs, texts(&folder)?)
     }));
     match made {
         Ok(Ok(core)) => {
@@ -248,6 +248,25 @@ pub(crate) fn read_text<'a>(pointer: *const c_char) -> std::borrow::Cow<'a, str>
     }
     // SAFETY: the importer promises a text that ends with zero and lives during the call.
     unsafe { CStr::from_ptr(pointer) }.to_string_lossy()
+}
+
+/// Strings by number.
+///
+/// # Errors
+/// A number that is not that of a String.
+pub(crate) fn get_texts(component: &Component, references: &[u32], out: &mut [*const c_char]) -> Result<(), Fault> {
+    for (place, &reference) in out.iter_mut().zip(references) {
+        *place = component.core.text(reference)?.as_ptr();
+    }
+    Ok(())
+}
+
+/// Strings cannot be set.
+///
+/// # Errors
+/// Why, where there is one to be set.
+pub(crate) fn set_texts(component: &Component, references: &[u32]) -> Result<(), Fault> {
+    references.iter().try_for_each(|&reference| component.core.set_text(reference))
 }
 
 /// The state behind a pointer to a saved state.

@@ -5,6 +5,7 @@
 //! (model exchange) and `stepping` (co-simulation), values by number in `values`.
 
 use std::collections::HashMap;
+use std::ffi::CString;
 use std::sync::Arc;
 
 use hyd_fmi::{Catalogue, Meaning, Starts};
@@ -76,6 +77,8 @@ pub(crate) struct Known {
     pub(crate) starts: Starts,
     /// What inputs are before anybody has said so.
     pub(crate) input_starts: Vec<f64>,
+    /// Strings, in the order of their numbers.
+    pub(crate) texts: Vec<CString>,
 }
 
 /// A unit with its state.
@@ -124,15 +127,16 @@ impl Core {
     /// A sentence.
     pub(crate) fn new(
         loaded: Arc<Loaded>,
-        kind: Kind,
-        manners: Manners,
+        (kind, manners): (Kind, Manners),
         input_starts: Vec<f64>,
+        texts: Vec<CString>,
     ) -> Result<Self, String> {
         let model = &loaded.model;
         if kind == Kind::Exchange && !model.structure.delays.is_empty() {
             return Err("the model has delays, so it has no finite state: it is for co-simulation only".to_string());
         }
-        let catalogue = Catalogue::new(model).ok_or("the model has more variables than there are numbers for them")?;
+        let catalogue = Catalogue::new(model, texts.len());
+        let catalogue = catalogue.ok_or("the model has more variables than there are numbers for them")?;
         let inputs = input_sites(model);
         let starts = Starts::new(model);
         let mut system = loaded.instantiate();
@@ -142,7 +146,7 @@ impl Core {
             system.hold_input(input, value, (0.0, start));
         }
         Ok(Self {
-            known: Arc::new(Known { loaded: loaded.clone(), catalogue, inputs, starts, input_starts }),
+            known: Arc::new(Known { loaded: loaded.clone(), catalogue, inputs, starts, input_starts, texts }),
             kind,
             manners,
             asked: (Vec::new(), Vec::new()),
@@ -171,7 +175,8 @@ impl Core {
     /// # Errors
     /// A sentence.
     pub(crate) fn reset(&mut self) -> Result<(), Fault> {
-        let again = Self::new(self.known.loaded.clone(), self.kind, self.manners, self.known.input_starts.clone());
+        let Known { loaded, input_starts, texts, .. } = &*self.known;
+        let again = Self::new(loaded.clone(), (self.kind, self.manners), input_starts.clone(), texts.clone());
         *self = again.map_err(Fault::usage)?;
         Ok(())
     }

@@ -12,8 +12,8 @@ use std::collections::HashSet;
 use std::ffi::{CString, c_char, c_void};
 
 use crate::boundary::{
-    Component, Log, Logger, StatusCode, Wish, enter, enter_again, free, give, instantiate, keep, read_text, release,
-    saved, set_logging, slice, slice_mut, structure, tell_event,
+    Component, Log, Logger, StatusCode, Wish, enter, enter_again, free, get_texts, give, instantiate, keep, read_text,
+    release, saved, set_logging, set_texts, slice, slice_mut, structure, tell_event,
 };
 use crate::core::{Kind, Manners, Mode, Setup};
 use crate::fault::{Fault, Status};
@@ -248,31 +248,24 @@ pub extern "C" fn fmi2SetBoolean(
     set(handle, references, count, values, Wanted::Truth, |value| f64::from(u8::from(value != 0)))
 }
 
-fn no_texts(handle: Handle, count: usize) -> StatusCode {
-    enter(handle, |_| match count {
-        0 => Ok(()),
-        _ => Err(Fault::usage("the unit has no variables of type String")),
-    })
-}
-
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetString(
     handle: Handle,
-    _references: *const Reference,
+    references: *const Reference,
     count: usize,
-    _values: *mut Text,
+    values: *mut Text,
 ) -> StatusCode {
-    no_texts(handle, count)
+    enter(handle, |component| get_texts(component, slice(references, count)?, slice_mut(values, count)?))
 }
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SetString(
     handle: Handle,
-    _references: *const Reference,
+    references: *const Reference,
     count: usize,
     _values: *const Text,
 ) -> StatusCode {
-    no_texts(handle, count)
+    enter(handle, |component| set_texts(component, slice(references, count)?))
 }
 
 #[unsafe(no_mangle)]

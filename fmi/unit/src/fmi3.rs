@@ -12,8 +12,8 @@ use std::ffi::{CString, c_char, c_void};
 use std::path::PathBuf;
 
 use crate::boundary::{
-    Component, IntermediateUpdate, Log, Logger, StatusCode, Wish, enter, enter_again, free, give, instantiate, keep,
-    read_text, release, saved, set_logging, slice, slice_mut, tell_event, tell_step,
+    Component, IntermediateUpdate, Log, Logger, StatusCode, Wish, enter, enter_again, free, get_texts, give,
+    instantiate, keep, read_text, release, saved, set_logging, set_texts, slice, slice_mut, tell_event, tell_step,
 };
 use crate::core::{Kind, Known, Manners, Setup};
 use crate::fault::{Fault, Status};
@@ -240,6 +240,32 @@ pub extern "C" fn fmi3SetInt64(
     given: usize,
 ) -> StatusCode {
     set(handle, (references, count), (values, given), Wanted::Whole, |value| value as f64)
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi3GetString(
+    handle: Handle,
+    references: *const Reference,
+    count: usize,
+    values: *mut Text,
+    room: usize,
+) -> StatusCode {
+    enter(handle, |component| {
+        let (list, out) = (slice(references, count)?, slice_mut(values, room)?);
+        sizes(component, list, room)?;
+        get_texts(component, list, out)
+    })
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi3SetString(
+    handle: Handle,
+    references: *const Reference,
+    count: usize,
+    _values: *const Text,
+    _given: usize,
+) -> StatusCode {
+    enter(handle, |component| set_texts(component, slice(references, count)?))
 }
 
 #[unsafe(no_mangle)]

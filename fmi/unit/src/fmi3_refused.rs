@@ -69,7 +69,6 @@ no_variables! {
     fmi3GetInt32, fmi3SetInt32, i32;
     fmi3GetUInt32, fmi3SetUInt32, u32;
     fmi3GetUInt64, fmi3SetUInt64, u64;
-    fmi3GetString, fmi3SetString, Text;
 }
 
 fn none_of_them(handle: Handle, count: usize, name: &str) -> StatusCode {

@@ -1,9 +1,10 @@
 //! From the resources of the unit to a model that is ready to run.
 
+use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use hyd_fmi::{INPUTS, PAYLOAD};
+use hyd_fmi::{INPUTS, PAYLOAD, TEXTS};
 use hyd_payload::format::FormatError;
 use hyd_payload::{Backend, Loaded, format};
 
@@ -42,6 +43,17 @@ pub(crate) fn inputs(resources: &Path, count: usize) -> Result<Vec<f64>, String>
         true => Ok(numbers.iter().map(|&number| f64::from_le_bytes(number)).collect()),
         false => Err(format!("`{}` does not belong to the model", path.display())),
     }
+}
+
+/// The Strings.
+///
+/// # Errors
+/// A sentence.
+pub(crate) fn texts(resources: &Path) -> Result<Vec<CString>, String> {
+    let path = resources.join(TEXTS);
+    let bytes = std::fs::read(&path).map_err(|error| format!("`{}` cannot be read: {error}", path.display()))?;
+    let read = bytes.split_inclusive(|&byte| byte == 0).map(|text| CString::from_vec_with_nul(text.to_vec()));
+    read.collect::<Result<_, _>>().map_err(|_| format!("`{}` is cut short", path.display()))
 }
 
 /// The folder behind a URI of version 2.0, `file:///tmp/my%20unit/resources`; a bare path is taken as it is.

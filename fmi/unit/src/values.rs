@@ -1,5 +1,7 @@
 //! Values by number: reading and writing.
 
+use std::ffi::CStr;
+
 use hyd_fmi::Meaning;
 use hyd_system::{DaeSystem, Place, Settable, Source, ValueKind, VariableInfo};
 
@@ -90,6 +92,7 @@ impl Core {
         let meaning = known.catalogue.meaning(reference).ok_or_else(|| unknown(reference))?;
         let (variable, first) = match meaning {
             Meaning::Element(variable, first) => (variable, first),
+            Meaning::Text(_) => return Err(Fault::usage(format!("the variable {reference} is a String"))),
             Meaning::Time => return wanted_real(wanted, reference).map(|()| vec![self.time()]),
             other => {
                 wanted_real(wanted, reference)?;
@@ -118,6 +121,21 @@ impl Core {
             Ok(if source.negated { -value } else { value })
         };
         range.iter().enumerate().map(value).collect()
+    }
+
+    /// The String behind a number, which lives as long as the instance.
+    pub(crate) fn text(&self, reference: u32) -> Result<&CStr, Fault> {
+        match self.known.catalogue.meaning(reference) {
+            Some(Meaning::Text(k)) => Ok(&self.known.texts[k]),
+            Some(_) => Err(Fault::usage(format!("the variable {reference} is not a String"))),
+            None => Err(unknown(reference)),
+        }
+    }
+
+    /// Says why a String cannot be set.
+    pub(crate) fn set_text(&self, reference: u32) -> Result<(), Fault> {
+        self.text(reference)?;
+        Err(Fault::usage(format!("the String {reference} cannot be set: it was fixed when the unit was made")))
     }
 
     /// The real numbers behind a list of numbers, of which each stands for `size` values, at a point; false where other than variables of the model
@@ -202,7 +220,7 @@ impl Core {
                 }
                 Ok(out[k])
             }
-            Meaning::Time | Meaning::Element(..) => Ok(self.time()),
+            Meaning::Time | Meaning::Element(..) | Meaning::Text(_) => Ok(self.time()),
         }
     }
 

@@ -81,12 +81,17 @@ impl Flattener<'_, '_> {
         at == Some(self.tree.root)
     }
 
+    /// Whether the model becomes a unit, whose inputs are all given from outside.
+    pub(crate) fn is_for_other_tools(&self) -> bool {
+        self.driven.iter().any(|name| name == EVERY_INPUT)
+    }
+
     /// Whether at least one element of an input is to be given from outside: those of type Real by their names, all others only with every
     /// input, because samples between which a number goes on mean nothing for them.
     fn is_to_be_driven(&self, inst: InstId) -> bool {
         let instance = &self.scopes.instances[inst];
         let Some(primitive) = &instance.primitive else { return false };
-        let every = self.driven.iter().any(|name| name == EVERY_INPUT);
+        let every = self.is_for_other_tools();
         match primitive.scalar {
             ScalarType::Real => {
                 let parts = self.name_pattern(inst).parts.into_iter();

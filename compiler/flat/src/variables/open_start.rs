@@ -8,7 +8,6 @@ use hyd_instance::modifier::Applied;
 use hyd_system::{Settable, ValueKind, Variability};
 use hyd_typed::{Expr, Kind as Form};
 
-use crate::connections::model_ends::EVERY_INPUT;
 use crate::model::{PerElement, Section, StateSelect, VarId, VariableBlock};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, CounterId, Kind, SlotKey};
@@ -19,7 +18,7 @@ impl Flattener<'_, '_> {
         let block = &self.model.variables[self.blocks[&inst]];
         let holds = block.variability == Variability::Continuous && block.fixed == PerElement::All(true);
         let is_real = block.kind == ValueKind::Real && block.count > 0;
-        holds && is_real && self.driven.iter().any(|name| name == EVERY_INPUT) && is_number(start)
+        holds && is_real && self.is_for_other_tools() && is_number(start)
     }
 
     /// The parameter, its value, and the start value that follows it.

@@ -212,14 +212,26 @@ impl Scopes<'_> {
     /// The value a modification gives with the parameters as they are at translation, which it does not fix: good for what is
     /// no more than a scale, such as `nominal`.
     pub fn guess_applied(&mut self, applied: &Applied) -> Result<Value, Reported> {
+        self.guess(|scopes| scopes.evaluate_applied(applied)).0
+    }
+
+    /// The value of a parameter or constant with the parameters as they are at translation, which it does not fix, and those that were
+    /// taken for it.
+    pub fn guess_value(&mut self, inst: InstId, span: Span) -> (Result<Value, Reported>, Vec<InstId>) {
+        self.guess(|scopes| scopes.value_of(inst, span))
+    }
+
+    /// An answer that fixes no parameter, and the parameters that it takes.
+    fn guess<T>(&mut self, question: impl FnOnce(&mut Self) -> T) -> (T, Vec<InstId>) {
         let outer = self.guessed.replace(Vec::new());
-        let value = self.evaluate_applied(applied);
-        for inst in std::mem::replace(&mut self.guessed, outer).unwrap_or_default() {
-            if !matches!(self.known.get(&inst), Some(Known::Open)) {
-                self.known.remove(&inst);
+        let answer = question(self);
+        let taken = std::mem::replace(&mut self.guessed, outer).unwrap_or_default();
+        for inst in &taken {
+            if !matches!(self.known.get(inst), Some(Known::Open)) {
+                self.known.remove(inst);
             }
         }
-        value
+        (answer, taken)
     }
 
     /// True for a parameter with `fixed = false`, or of whose elements one has it.
