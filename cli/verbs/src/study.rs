@@ -158,15 +158,25 @@ impl Opened {
     /// A file that cannot be read.
     pub(crate) fn units(&self, blocks: &[ForeignBlock]) -> Result<Vec<(String, Vec<u8>)>, Failure> {
         let mut found: Vec<(String, Vec<u8>)> = Vec::new();
+        let mut paths: Vec<std::path::PathBuf> = Vec::new();
         for block in blocks {
-            if found.iter().any(|(name, _)| **name == *block.file) {
+            let path = file_of(block, &self.libraries)?;
+            if let Some(k) = found.iter().position(|(name, _)| **name == *block.file) {
+                // One that is put together of other texts lies where none of its units do.
+                if paths[k] != path && path.exists() {
+                    return Err(Failure::Fault(format!(
+                        "`{}` and `{}` are two units of one name, which cannot stand in one folder with the model that is found; rename one",
+                        paths[k].display(),
+                        path.display()
+                    )));
+                }
                 continue;
             }
-            let path = file_of(block, &self.libraries)?;
             let read = std::fs::read(&path);
             let bytes =
                 read.map_err(|error| Failure::Fault(format!("`{}` cannot be read: {error}", path.display())))?;
             found.push((block.file.to_string(), bytes));
+            paths.push(path);
         }
         Ok(found)
     }

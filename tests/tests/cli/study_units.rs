@@ -238,6 +238,29 @@ fn connectors_of_a_unit_are_named_as_the_unit_has_them() {
     );
 }
 
+/// Shots of a time constant of 0.48 s, seen through a lag of 0.1 s.
+fn seen_through_a_lag(folder: &Scratch) {
+    let (slow, lag) = (0.48, 0.1);
+    let mut draws = Draws(1_717);
+    let mut experiments = Vec::new();
+    for (shot, height) in [1.0, 2.0, 1.5].into_iter().enumerate() {
+        let mut text = String::from("t,y,v\n");
+        for k in 0..61 {
+            let t = 0.05 * f64::from(k);
+            let y = height * (1.0 - (slow * (-t / slow).exp() - lag * (-t / lag).exp()) / (slow - lag));
+            let v = height / slow * (-t / slow).exp();
+            writeln!(text, "{t:.2},{:.6},{:.6}", y + 0.01 * draws.normal(), v + 0.01 * draws.normal()).unwrap();
+        }
+        folder.write(&format!("s{shot}.csv"), text);
+        experiments.push(format!("{{\"file\": \"s{shot}.csv\", \"u_0\": {height}}}"));
+    }
+    let experiments = experiments.join(", ");
+    folder.write(
+        "set.json",
+        format!("{{\"noise_std\": {{\"y\": 0.01, \"v\": 0.01}}, \"experiments\": [{experiments}]}}"),
+    );
+}
+
 /// What is recorded of a linear system grows with the height of its step and noise does not, so the highest step tells most of a lag.
 #[test]
 fn the_shot_to_make_next_is_proposed_for_a_unit() {
@@ -258,26 +281,7 @@ fn the_shot_to_make_next_is_proposed_for_a_unit() {
          y = { variable = \"y\" }\nv = { variable = \"v\" }\n[nuisances]\nT = { parameter = \"T\", relative = 0.2 }\n[conditions]\n\
          u_0 = \"u_0\"\n[shots]\ntime = \"t\"\n",
     );
-    // A time constant of 0.48 s, seen through a lag of 0.1 s.
-    let (slow, lag) = (0.48, 0.1);
-    let mut draws = Draws(1_717);
-    let mut experiments = Vec::new();
-    for (shot, height) in [1.0, 2.0, 1.5].into_iter().enumerate() {
-        let mut text = String::from("t,y,v\n");
-        for k in 0..61 {
-            let t = 0.05 * f64::from(k);
-            let y = height * (1.0 - (slow * (-t / slow).exp() - lag * (-t / lag).exp()) / (slow - lag));
-            let v = height / slow * (-t / slow).exp();
-            writeln!(text, "{t:.2},{:.6},{:.6}", y + 0.01 * draws.normal(), v + 0.01 * draws.normal()).unwrap();
-        }
-        folder.write(&format!("s{shot}.csv"), text);
-        experiments.push(format!("{{\"file\": \"s{shot}.csv\", \"u_0\": {height}}}"));
-    }
-    let experiments = experiments.join(", ");
-    folder.write(
-        "set.json",
-        format!("{{\"noise_std\": {{\"y\": 0.01, \"v\": 0.01}}, \"experiments\": [{experiments}]}}"),
-    );
+    seen_through_a_lag(&folder);
     let next = ["next", "st.toml", "--bench", "set.json", "--vary", "u_0=0.5:4", "--threads", "1"];
     let proposed = run(folder.path(), &[&next[..], &["--report", "r"]].concat());
     assert_eq!(proposed.code, Some(0), "{}", proposed.stderr);
@@ -289,6 +293,49 @@ fn the_shot_to_make_next_is_proposed_for_a_unit() {
     let wrong = run(folder.path(), &["next", "st.toml", "--bench", "set.json", "--vary", "T=0.5:4"]);
     assert_eq!(wrong.code, Some(1), "{}", wrong.stderr);
     assert!(wrong.stderr.contains("no condition `T`"), "{}", wrong.stderr);
+}
+
+/// A text holds the unit as a block of another folder; what is found is written, checked and runs in the folder of the report.
+#[test]
+fn a_unit_in_the_folder_of_a_library_goes_with_the_report() {
+    let folder = Scratch::new();
+    folder.write(
+        "u.hyd",
+        "model U\n  parameter Real T(unit = \"s\", min = 0.01) = 0.5;\n  parameter Real u_0 = 1;\n  output Real y(start = 0, fixed = true);\n\
+         equation\n  T*der(y) = u_0 - y;\nend U;\n",
+    );
+    std::fs::create_dir(folder.path().join("parts")).unwrap();
+    let build = ["build", "u.hyd", "--fmu", "3.0", "-o", "parts/u.fmu"];
+    let made = command(folder.path(), &build).env("HYD_UNIT", crate::unit_client::library()).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let block = run(folder.path(), &["unit", "parts/u.fmu", "-o", "parts/u.hyd"]);
+    assert_eq!(block.code, Some(0), "{}", block.stderr);
+    std::fs::remove_file(folder.path().join("u.hyd")).unwrap();
+    folder.write(
+        "machine.hyd",
+        "model Machine\n  parameter Real T(unit = \"s\") = 0.5;\n  parameter Real u_0 = 1;\n  U unit(T = T, u_0 = u_0);\n\
+         Real y = unit.y;\n  Real v(unit = \"1/s\") = (u_0 - unit.y)/T;\nend Machine;\n",
+    );
+    folder.write(
+        "st.toml",
+        "without = [\"Hyd.Effects.Sensing.Clipping\", \"Hyd.Effects.Sensing.AbsoluteValue\", \"Hyd.Effects.Sensing.WrongSign\",\n\
+         \"Hyd.Effects.Sensing.SensorDeadZone\", \"Hyd.Effects.Sensing.CrossTalk\"]\nfile = \"machine.hyd\"\n[models]\ndefault = \"Machine\"\n[channels]\n\
+         y = { variable = \"y\" }\nv = { variable = \"v\", unit = \"1/s\" }\n[nuisances]\nT = { parameter = \"T\", relative = 0.2 }\n[conditions]\n\
+         u_0 = \"u_0\"\n[shots]\ntime = \"t\"\n",
+    );
+    seen_through_a_lag(&folder);
+    let search = ["discover", "st.toml", "--bench", "set.json", "--library", "parts", "--report", "r", "--threads", "1"];
+    let outcome = run(folder.path(), &search);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    let json: Value = serde_json::from_str(&folder.read("r/report.json")).unwrap();
+    let (effect, size) = found(&json);
+    assert_eq!((json["status"].as_str(), effect.as_str()), (Some("sensor"), "lag of y"), "{}", outcome.stdout);
+    assert!((size / 0.1 - 1.0).abs() < 0.05, "{size}");
+    // By itself: what the text names stands beside it.
+    std::fs::remove_dir_all(folder.path().join("parts")).unwrap();
+    let again = ["simulate", "r/discovered.hyd", "--parameters", "r/shots/shot_1.toml", "--result", "again.csv"];
+    let again = run(folder.path(), &again);
+    assert_eq!(again.code, Some(0), "{}", again.stderr);
 }
 
 #[test]

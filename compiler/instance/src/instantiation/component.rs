@@ -232,6 +232,26 @@ impl Scopes<'_> {
         }
     }
 
+    /// A class that inherits from one around it has an element of its own text, which has another one, and so on: none of them is the same
+    /// class.  The first of them, where the class of a component is the third and each of the instances around it is of the one before.
+    fn inherits_itself(&self, inst: InstId, class: ClassId) -> Option<ClassId> {
+        let text = self.table.class(class).def.name.span;
+        let (mut inner, mut found, mut above) = (class, 0, self.instances[inst].parent);
+        while let Some(around) = above {
+            let own = self.instances[around].class;
+            if let Some(own) = own.filter(|&own| self.table.class(inner).parent == Some(own))
+                && self.table.class(own).def.name.span == text
+            {
+                (inner, found) = (own, found + 1);
+                if found == SAME_TEXT {
+                    return Some(inner);
+                }
+            }
+            above = self.instances[around].parent;
+        }
+        None
+    }
+
     pub(crate) fn check_class(
         &mut self,
         inst: InstId,
@@ -269,6 +289,12 @@ impl Scopes<'_> {
                 return Err(Reported);
             }
             current = self.instances[above].parent;
+        }
+        if let Some(outermost) = self.inherits_itself(inst, class) {
+            let outer = self.table.full_name(outermost);
+            let message = format!("`{outer}` contains a component of its own class, which it inherits from a class around it");
+            self.table.report(Diagnostic::error(Code::CircularClass, message).at(span, "the cycle closes here"));
+            return Err(Reported);
         }
         if self.depth >= MAX_DEPTH {
             let message = format!("components are nested deeper than {MAX_DEPTH} levels");
