@@ -126,7 +126,8 @@ impl Description<'_> {
                     document.empty("ModelExchange", attributes.with("providesDirectionalDerivative", true));
                 }
                 let attributes = both().with("canHandleVariableCommunicationStepSize", true);
-                document.empty("CoSimulation", states(attributes.with("canInterpolateInputs", true)));
+                let attributes = states(attributes.with("canInterpolateInputs", true));
+                document.empty("CoSimulation", attributes.with("canSerializeFMUstate", true));
             }
             Version::Three => {
                 let states = |attributes: Attributes| attributes.with("canGetAndSetFMUState", true);
@@ -136,6 +137,7 @@ impl Description<'_> {
                     document.empty("ModelExchange", attributes.with("needsCompletedIntegratorStep", true));
                 }
                 let attributes = states(both())
+                    .with("canSerializeFMUState", true)
                     .with("canHandleVariableCommunicationStepSize", true)
                     .with("providesIntermediateUpdate", true)
                     .with("mightReturnEarlyFromDoStep", true)

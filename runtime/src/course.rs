@@ -14,7 +14,7 @@ const SHOWN: [usize; 5] = [16, 8, 4, 2, 1];
 const MOST_UNKNOWNS: usize = 2000;
 
 /// The points at the ends of the last steps, one after the other in a ring.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Recent {
     unknowns: usize,
     /// Points noted in the run.

@@ -31,7 +31,7 @@ const NEARER: [f64; 3] = [0.618_033_988_749_895, 0.236_067_977_499_79, 0.034_441
 const DECEIVED: f64 = 4.0;
 
 /// Work space of the estimate.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FirstStep {
     y: Vec<f64>,
     yp: Vec<f64>,

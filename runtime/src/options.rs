@@ -8,7 +8,7 @@ use std::fmt;
 const MOST_INTERVALS: usize = 1_000_000_000;
 
 /// Method of integration.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub enum Solver {
     /// Chosen during the run from what steps cost and how far they lead.
     #[default]
@@ -20,7 +20,7 @@ pub enum Solver {
 }
 
 /// Choices for one run.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Options {
     /// Start time (s).
     pub start: f64,

@@ -22,7 +22,7 @@ const ROWS_BETWEEN_QUESTIONS: usize = 1000;
 const MOST_WARNINGS: usize = 1000;
 
 /// Writes the rows of one run.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Output {
     row: Vec<f64>,
     outputs: usize,

@@ -42,7 +42,7 @@ pub use onward::{Onward, Reached};
 use stall::Stall;
 
 /// An assertion of level warning that did not hold.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Warning {
     /// Time at which it ceased to hold (s).
     pub time: f64,
@@ -76,6 +76,7 @@ pub struct Summary {
 }
 
 /// The integrator with its work space for systems of one structure.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Simulator {
     integrator: Integrator,
     weights: Weights,
@@ -96,18 +97,22 @@ pub struct Simulator {
     states: Vec<bool>,
     choosing: Choosing,
     /// Present in runs that ask for sensitivities, and kept for the next one that does.
+    #[serde(skip)]
     sensitivity: Option<Box<Sensitivity>>,
+    #[serde(skip)]
     kept: Option<Box<Sensitivity>>,
     jumps: Vec<Jump>,
     statistics: Statistics,
     undetermined: Vec<Undetermined>,
     /// The clock of runs that are to say where their time goes, and what the last one says.
+    #[serde(skip)]
     clock: Option<fn() -> f64>,
+    #[serde(skip)]
     profile: Option<Box<Profile>>,
 }
 
 /// Values at a start or an event.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Point {
     y: Vec<f64>,
     yp: Vec<f64>,
@@ -174,7 +179,7 @@ enum Arrival {
 }
 
 /// An event at a time (s).
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, serde::Serialize, serde::Deserialize)]
 struct Found {
     t: f64,
     source: EventSource,

@@ -6,7 +6,7 @@
 use std::fmt;
 
 /// What a run has cost.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Statistics {
     /// Accepted steps.
     pub steps: u64,

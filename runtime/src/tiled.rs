@@ -14,7 +14,7 @@ pub(crate) const LANES: usize = 4;
 pub(crate) type Tile = [f64; LANES];
 
 /// A vector in tiles; as a slice it has its own length.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Tiled {
     tiles: Vec<Tile>,
     len: usize,

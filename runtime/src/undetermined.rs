@@ -12,7 +12,7 @@ use std::fmt;
 const MOST_NAMES: usize = 4;
 
 /// Variables that the equations do not determine, alone or together, over the same time.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Undetermined {
     /// Their names.
     pub variables: Vec<String>,
@@ -51,7 +51,7 @@ impl fmt::Display for Undetermined {
 }
 
 /// The unknowns that were left open in a run.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct OpenUnknowns {
     names: BTreeMap<(usize, bool), String>,
     /// By name: from when to when (s).

@@ -8,7 +8,7 @@ use hyd_system::math::square;
 use crate::tiled::{LANES, Tile, Tiled, over_tiles, sum, sum_of, sum_of_pairs};
 
 /// Weights of all unknowns, and of those that the error test looks at.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Weights {
     /// Weight of each unknown [1/unit of y_i].
     pub(crate) all: Tiled,

@@ -284,6 +284,17 @@ def check_states_stepping(path, version):
     unit.setFMUState(kept)
     other = run(0.44, 0.25, 4)
     assert np.allclose(other[-1], first[-1], rtol=1e-6), "other steps lead elsewhere"
+    written = unit.serializeFMUState(kept)
+    fresh, _, fresh_folder = instance(path, "CS")
+    fresh.setFMUState(fresh.deserializeFMUState(written))
+    unit, own = fresh, unit
+    third = run(0.44, 0.01, 100)
+    assert np.array_equal(first, third), "a state that was written gives other bits"
+    unit.freeInstance()
+    shutil.rmtree(fresh_folder)
+    unit = own
+    unit.setFMUState(kept)
+    run(0.44, 0.25, 4)
     # A step of zero is a step.
     unit.doStep(1.44, 0.0)
     unit.freeFMUState(kept)
@@ -386,6 +397,20 @@ def check_several(path, version):
     for k in (1, 0, 2):
         made[k][0].freeInstance()
         shutil.rmtree(made[k][2])
+
+
+def check_texts(version):
+    """Strings are constants with the values of the text."""
+    path, _ = build(OWN[0].parent / "texts.hyd", version, "texts")
+    unit, description, folder = instance(path, "CS")
+    expected = {"file": 'a & "b" <c>.txt', "names[1]": "Öl", "names[2]": "", "part.note": "two\nlines"}
+    texts = {v.name: v for v in description.modelVariables if v.type == "String"}
+    assert {name: v.start for name, v in texts.items()} == expected, {name: v.start for name, v in texts.items()}
+    references = [texts[name].valueReference for name in expected]
+    read = [text.decode() if isinstance(text, bytes) else text for text in unit.getString(references)]
+    assert read == list(expected.values()), read
+    unit.freeInstance()
+    shutil.rmtree(folder)
 
 
 def check_wrong_calls(path, version):
@@ -603,6 +628,7 @@ def main():
         check_ends(version)
         check_inputs(version)
         check_commands(version)
+        check_texts(version)
         print(f"  states, instances, calls, derivatives, ends, inputs: {version}", flush=True)
     path, _ = build(MODELS / "single_acting_drive" / "drive.hyd", "3.0", "drive")
     print(f"  connectors of the drive by their schema: {check_terminals(path, 'drive')}", flush=True)

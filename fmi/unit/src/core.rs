@@ -115,7 +115,7 @@ pub(crate) struct Core {
     /// Warnings of a co-simulation that have been told.
     pub(crate) told: usize,
     /// That equations leave variables open has been told, once: which ones may change with every event.
-    told_open: bool,
+    pub(crate) told_open: bool,
     /// Assertions that are still to be told.
     pub(crate) reports: Vec<AssertionReport>,
 }

@@ -96,7 +96,7 @@ fn step_ratio(error: f64, order: usize) -> f64 {
 }
 
 /// Order and step selection between steps.
-#[derive(Clone, Copy, Default, Debug)]
+#[derive(Clone, Copy, Default, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Selection {
     /// The growing phase after a restart is over.
     settled: bool,

@@ -31,7 +31,7 @@ const HARMONIC: [f64; MAX_ORDER + 1] = {
 };
 
 /// Differences and coefficients.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct History {
     n: usize,
     /// Tiles of a difference.

@@ -35,7 +35,7 @@ const MOST_STUCK: u32 = 1000;
 const MOST_FAILURES: u32 = 12;
 
 /// The integrator with all its work space.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Bdf {
     history: History,
     corrector: Corrector,

@@ -68,7 +68,7 @@ pub(crate) enum NewtonFailure {
 }
 
 /// Vectors of the method; after a failure `x` is where it stopped, `residual` is g there and `correction` the last step.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Newton {
     pub(crate) x: Vec<f64>,
     pub(crate) residual: Vec<f64>,

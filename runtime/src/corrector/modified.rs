@@ -56,7 +56,7 @@ pub(crate) struct Prediction<'a> {
 }
 
 /// Iteration matrix and the vectors of the iteration.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Corrector {
     matrix: IterationMatrix,
     leading_range: RangeInclusive<f64>,

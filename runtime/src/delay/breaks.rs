@@ -17,7 +17,7 @@ const VISIBLE_SLOPE: f64 = 8.0;
 pub(super) const DECIDED_AFTER: f64 = 0.25;
 
 /// What a break is for a site.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
 enum State {
     /// The slope is not known yet.
     Open,
@@ -28,7 +28,7 @@ enum State {
 }
 
 /// Where a site reads.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Cursor {
     /// The break crossed last (a segment).
     pub(super) low: Segment,
@@ -39,7 +39,7 @@ pub(super) struct Cursor {
 }
 
 /// Breaks of all sites.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Breaks {
     sites: usize,
     /// States of all sites per break, oldest break first.

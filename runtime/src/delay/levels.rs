@@ -6,7 +6,7 @@ use super::polynomial::NODES;
 const MOST_HALVINGS: usize = 10;
 
 /// Work space of the recording.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Levels {
     /// Values at the nodes per halving.
     pub(super) levels: Vec<Vec<f64>>,

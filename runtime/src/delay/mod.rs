@@ -42,7 +42,7 @@ const NEWEST_POINTS: usize = 4;
 const NEWEST_DISTANCE: f64 = 0.25;
 
 /// The past of a run and all work space; used for run after run.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct DelayWork {
     sites: Vec<DelaySite>,
     any_varying: bool,
@@ -61,12 +61,13 @@ pub(crate) struct DelayWork {
     step: StepInWork,
     record: Levels,
     /// In runs with derivatives: their past, and the time (s) up to which they have come.
+    #[serde(skip)]
     derived: Option<Box<tangents::Derived>>,
     kept_from: f64,
 }
 
 /// The delay times, by site.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Lags {
     /// Upper bounds (s).
     bounds: Vec<f64>,
@@ -77,7 +78,7 @@ struct Lags {
 }
 
 /// What the equations get, by site: the delayed values and rates, and the sources that they were found from.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Values {
     /// At the iterate, or at the end of the step being recorded.
     sources: Vec<f64>,
@@ -90,14 +91,14 @@ struct Values {
 }
 
 /// What one evaluation answers, by site.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Asked {
     sources: Vec<f64>,
     times: Vec<f64>,
 }
 
 /// What a source may be wrong by, by site.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Accuracy {
     tolerance: f64,
     /// The largest value so far, and the tolerance of that.
@@ -106,7 +107,7 @@ struct Accuracy {
 }
 
 /// The step in work, or being recorded.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct StepInWork {
     /// End of the step being recorded (s), with the sources there.
     anchor: Option<f64>,

@@ -11,7 +11,7 @@ use super::polynomial::{NODES, curvature, value, weights};
 const SHORTEST_DROP: usize = 64;
 
 /// An interval of time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Piece {
     from: f64,
     to: f64,
@@ -37,7 +37,7 @@ pub(super) type Wanted = (f64, Segment, Option<Segment>);
 pub(super) type Segment = usize;
 
 /// Values of the sources from the start to now.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Past {
     sites: usize,
     pieces: Vec<Piece>,

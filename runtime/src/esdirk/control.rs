@@ -25,7 +25,7 @@ const LEAST_ERROR: f64 = 1e-6;
 const LEAST_BEFORE: f64 = -2.0 * std::f64::consts::LN_10;
 
 /// Memory of the controller.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct StepControl {
     /// Logarithm of the error of the step before.
     before: f64,

@@ -12,7 +12,7 @@ const FORGIVING_STEPS: u32 = 8;
 const FORGIVEN: f64 = 10.0;
 
 /// What the error of a step is measured by.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Estimate {
     /// Of the last attempt.
     pub(super) error: Vec<f64>,

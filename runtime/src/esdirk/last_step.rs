@@ -3,7 +3,7 @@
 use super::tableau::{END_CURVATURE, END_SLOPE, STAGES, dense};
 
 /// A step from one accepted point to the next.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct LastStep {
     /// Its ends, and its length, which is 0 before the first (s).
     pub(super) from: f64,

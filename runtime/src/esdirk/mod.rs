@@ -38,7 +38,7 @@ const MOST_GROWTH_PREDICTED: f64 = 2.0;
 const STRETCH: f64 = 1.01;
 
 /// The integrator with all its work space.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Esdirk {
     corrector: Corrector,
     control: StepControl,
@@ -54,7 +54,7 @@ pub(crate) struct Esdirk {
 }
 
 /// Vectors of a stage.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct Attempt {
     base: Vec<f64>,
     predicted: Tiled,

@@ -62,7 +62,7 @@ pub struct Pile {
 }
 
 /// An event that was seen.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Seen {
     t: f64,
     /// The first relation that changed; `None` at an event of time.
@@ -70,7 +70,7 @@ struct Seen {
 }
 
 /// Counts events that follow each other closely, and those at ever shorter distance.
-#[derive(Clone, Default, Debug)]
+#[derive(Clone, Default, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Chatter {
     last: Option<f64>,
     gap: f64,

@@ -57,7 +57,7 @@ struct Dip {
 }
 
 /// Watches the root functions over a run.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct RootWatch {
     held: Vec<bool>,
     /// The value was exactly zero on the wrong side just after the last event: zero is not a change until it has moved.

@@ -44,7 +44,7 @@ pub(crate) struct Inconsistent {
 }
 
 /// Matrix, factors and vectors.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Consistency {
     core: Core,
     newton: Newton,
@@ -59,7 +59,7 @@ pub(crate) struct Consistency {
     zeros: Vec<f64>,
 }
 
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct Core {
     matrix: IterationMatrix,
     differential: Vec<bool>,

@@ -39,7 +39,7 @@ const MANY_PASSES: usize = 10;
 const MOST_DECISIONS: usize = MOST_PASSES;
 
 /// Solver of the initial system.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct InitialSystem {
     core: Core,
     newton: Newton,
@@ -49,7 +49,7 @@ pub(crate) struct InitialSystem {
     rescued: Option<Rescue>,
 }
 
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct Core {
     pattern: Pattern,
     solver: LinearSolver,

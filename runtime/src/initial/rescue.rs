@@ -34,7 +34,7 @@ const DIGITS: usize = 3;
 const MOST_NAMED: usize = 6;
 
 /// From where initial values were found.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
 pub enum RescueStage {
     /// From start values of zero moved away from it.
     AwayFromZero,
@@ -47,7 +47,7 @@ pub enum RescueStage {
 }
 
 /// A start value that leads to a solution, beside the one that does not.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct OtherStart {
     /// Name of the variable.
     pub name: String,
@@ -58,7 +58,7 @@ pub struct OtherStart {
 }
 
 /// Initial values were found, but not from the start values.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Rescue {
     /// Start time (s).
     pub time: f64,

@@ -16,7 +16,7 @@ const SHORT: f64 = 0.5;
 const BACKOFF: u32 = 8;
 
 /// What was seen of steps and delays.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Crowding {
     /// BDF has taken over.
     on: bool,

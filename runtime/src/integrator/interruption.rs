@@ -19,7 +19,7 @@ const BACKOFF: u64 = 4;
 const MOST_WAIT: u64 = 1 << 24;
 
 /// Time gained (s) and work done since a stretch began.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Stretch {
     /// Number of the sample at its begin.
     first: Option<u64>,
@@ -35,7 +35,7 @@ impl Stretch {
 }
 
 /// What was seen of samples and steps.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Interruption {
     /// The one-step method is in use because of samples.
     on: bool,

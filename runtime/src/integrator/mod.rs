@@ -35,14 +35,14 @@ const LEAST_UNKNOWNS: usize = 40;
 const MOST_LEAP: f64 = 100.0;
 
 /// The method in use.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
 enum Active {
     Bdf,
     OneStep,
 }
 
 /// Both methods with their work space.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Integrator {
     bdf: Bdf,
     /// Made when first needed.
@@ -74,7 +74,7 @@ pub(crate) struct Integrator {
 }
 
 /// What a run prescribes.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Limits {
     max_order: usize,
     max_step: f64,

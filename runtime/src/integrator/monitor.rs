@@ -59,7 +59,7 @@ pub(crate) struct StepFacts {
 }
 
 /// Who stands against BDF of all orders.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Rival {
     /// The one-step method.
     #[default]
@@ -79,7 +79,7 @@ impl Rival {
 }
 
 /// The mode in use.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Mode {
     /// BDF of any order.
     #[default]
@@ -93,7 +93,7 @@ pub(crate) enum Mode {
 }
 
 /// Time gained per work, recent steps counting most.
-#[derive(Clone, Copy, Default, Debug)]
+#[derive(Clone, Copy, Default, Debug, serde::Serialize, serde::Deserialize)]
 struct Meter {
     time: f64,
     work: f64,
@@ -117,7 +117,7 @@ impl Meter {
 }
 
 /// BDF since it was taken back from the rival.
-#[derive(Clone, Copy, Default, Debug)]
+#[derive(Clone, Copy, Default, Debug, serde::Serialize, serde::Deserialize)]
 struct Return {
     /// Gain of the rival then.
     left: f64,
@@ -135,7 +135,7 @@ impl Return {
 }
 
 /// Memory of the decisions of a run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Monitor {
     mode: Mode,
     rival: Rival,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// A method of integration as the summary names it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
 pub enum Method {
     /// Backward differentiation formulas of all orders.
     Bdf,
@@ -25,7 +25,7 @@ impl Method {
 }
 
 /// Why a method was taken up.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub enum Reason {
     /// The run began with it.
     Start,
@@ -64,7 +64,7 @@ impl fmt::Display for Reason {
 }
 
 /// A stretch of a run with one method; it ends where the next begins.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct MethodPhase {
     /// Begin (s).
     pub from: f64,

@@ -20,7 +20,7 @@ const FLOOR: f64 = 8.0 * f64::EPSILON;
 const OPEN: f64 = 1e-6;
 
 /// Factors of one matrix of less than full rank, and what it leaves open.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Deficient {
     n: usize,
     rank: usize,

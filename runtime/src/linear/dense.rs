@@ -12,7 +12,7 @@ use super::factor::{FactorError, PIVOT_FLOOR, subtract};
 use crate::tiled::Tile;
 
 /// The factors of one matrix.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Dense {
     factors: DMatrix<f64>,
     /// Row swapped with row `k` in step `k`.

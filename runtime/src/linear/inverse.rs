@@ -16,7 +16,7 @@ use crate::tiled::{LANES, Tile};
 pub(super) const LARGEST: usize = 4 * LANES;
 
 /// An inverse, column by column.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Inverse {
     /// Tiles of a column; 0 before one is made.
     width: usize,

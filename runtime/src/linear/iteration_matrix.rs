@@ -11,7 +11,7 @@ use super::{FactorError, LinearSolver};
 use crate::tiled::{Tile, Tiled};
 
 /// Both parts, their combination and its factors.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct IterationMatrix {
     merged: MergedPattern,
     state_pattern: Pattern,

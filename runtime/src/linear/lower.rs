@@ -6,14 +6,14 @@
 use super::pivot::Pivot;
 
 /// One product: value `source` times factor `place`.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, serde::Serialize, serde::Deserialize)]
 struct Term {
     source: u32,
     place: u32,
 }
 
 /// The rows that change, in the order of their pivots.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Lower {
     /// Row and number of its terms.
     rows: Vec<(u32, u32)>,

@@ -5,7 +5,7 @@
 use hyd_system::Pattern;
 
 /// Union of two square patterns with the position of each entry of both in it.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct MergedPattern {
     /// The union.
     pub(super) pattern: Pattern,

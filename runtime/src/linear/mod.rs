@@ -39,7 +39,7 @@ const SMALL_LIMIT: usize = 40;
 
 const _: () = assert!(SMALL_LIMIT <= pivoting::MOST, "the search for pivots has room for the largest");
 
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 enum Kernel {
     Small(Box<Small>),
     Dense(Dense),
@@ -47,7 +47,7 @@ enum Kernel {
 }
 
 /// A scaled factorisation that can be renewed and used for many right-hand sides.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct LinearSolver {
     pattern: Pattern,
     row_scale: Vec<f64>,

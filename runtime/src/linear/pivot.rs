@@ -1,7 +1,7 @@
 //! One step of the elimination along a list of operations.
 
 /// One elimination step: where it stands in the lists.
-#[derive(Clone, Copy, Default, Debug)]
+#[derive(Clone, Copy, Default, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Pivot {
     pub(super) row: u32,
     pub(super) column: u32,

@@ -16,7 +16,7 @@ type Set = u64;
 pub(super) const MOST: usize = Set::BITS as usize;
 
 /// The matrix while pivots are chosen.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Pivoting {
     n: usize,
     /// Entries, scaled, column by column.

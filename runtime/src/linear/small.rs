@@ -48,7 +48,7 @@ impl Pivot {
 }
 
 /// Factors of one matrix with the way to renew them.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Small {
     n: usize,
     pivots: Vec<Pivot>,

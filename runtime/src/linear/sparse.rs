@@ -22,7 +22,7 @@ use crate::tiled::{LANES, Tile};
 const PIVOT_DRIFT: f64 = 1e-6;
 
 /// One triangular factor in compressed columns, rows ascending, diagonal left out.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Factor {
     starts: Vec<u32>,
     rows: Vec<u32>,
@@ -64,7 +64,7 @@ impl Factor {
 }
 
 /// Factors of one matrix and all that is needed to renew them.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Sparse {
     /// Column of A at each place, and its inverse.
     columns: Vec<u32>,
@@ -79,11 +79,15 @@ pub(super) struct Sparse {
     /// The same for several right-hand sides, made when first needed.
     tiles: Vec<Tile>,
     pivoted: bool,
+    /// Memory in which nothing lasts.
+    #[serde(skip, default = "SimplicialLu::new")]
     lu: SimplicialLu<u32, f64>,
     scratch: Scratch,
 }
 
 /// Memory of the factorisation, in which nothing lasts.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(from = "usize", into = "usize")]
 struct Scratch {
     unknowns: usize,
     memory: MemBuffer,
@@ -93,6 +97,18 @@ impl Scratch {
     fn new(unknowns: usize) -> Self {
         let size = factorize_simplicial_numeric_lu_scratch::<u32, f64>(unknowns, unknowns);
         Self { unknowns, memory: MemBuffer::new(size) }
+    }
+}
+
+impl From<usize> for Scratch {
+    fn from(unknowns: usize) -> Self {
+        Self::new(unknowns)
+    }
+}
+
+impl From<Scratch> for usize {
+    fn from(scratch: Scratch) -> Self {
+        scratch.unknowns
     }
 }
 

@@ -18,7 +18,7 @@ const FULL: f64 = 0.6;
 const LARGEST: usize = 3 * LANES;
 
 /// The block of the last pivots.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Tail {
     /// Position of the first of them.
     pub(super) first: usize,

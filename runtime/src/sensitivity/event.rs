@@ -19,7 +19,7 @@ use crate::error::{SolveError, Stage};
 use crate::problem::Problem;
 
 /// What makes an event happen when it does.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) enum EventSource {
     /// This root function crosses zero.
     Root(usize),

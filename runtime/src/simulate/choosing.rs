@@ -14,7 +14,7 @@ const SLOWING: f64 = 0.5;
 const MOST_STEPS: u32 = 20;
 
 /// The judgements of a stretch between two events.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Choosing {
     /// There is nothing to choose, here or ever.
     nothing: bool,

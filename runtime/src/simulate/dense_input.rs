@@ -8,7 +8,7 @@ const MANY: u32 = 16;
 const WITHIN: f64 = 2.0;
 
 /// Values of recorded inputs that have been taken up.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct DenseInput {
     /// Time of the last one (s).
     last: f64,

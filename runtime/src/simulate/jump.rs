@@ -23,7 +23,7 @@ const JUMPED: f64 = 1e-3;
 const SAME_PLACE: f64 = 1e-9;
 
 /// A loop of equations went over to another of its solutions.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Jump {
     /// Time (s).
     pub time: f64,

@@ -34,7 +34,7 @@ pub enum Reached {
 }
 
 /// A run in work.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub struct Onward {
     simulator: Simulator,
     options: Options,
@@ -50,7 +50,7 @@ pub struct Onward {
 }
 
 /// What lasts from one step to the next beside the work space.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Progress {
     chatter: Chatter,
     time_event: f64,

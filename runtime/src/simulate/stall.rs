@@ -14,7 +14,7 @@ const STRETCHES: u32 = 4;
 const MANY: f64 = 0.2;
 
 /// The stretch in work.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Stall {
     time: f64,
     steps: u64,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::{Delays, Homotopy, Inputs, Series, StateChoices, Steps, Switches, Tables, Tangents, TornLoops};
 
 /// A sparse pattern in compressed columns; rows within a column ascend.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Pattern {
     /// Number of rows.
     pub rows: usize,
@@ -99,7 +99,7 @@ pub enum InputError {
 }
 
 /// A value of the past that the equations read, `source(t - delay time)`.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct DelaySite {
     /// The delay time may change during the run; otherwise it is fixed by the parameters.
     pub varying: bool,
@@ -192,7 +192,7 @@ pub enum CheckKind {
 }
 
 /// An `assert` that does not hold.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct AssertionReport {
     /// The user's message.
     pub message: String,

@@ -13,7 +13,7 @@
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The instants of a run.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Instants {
     origin: f64,
 }

@@ -157,7 +157,7 @@ pub struct VariableInfo {
 }
 
 /// An equation of the user's, or an array of them.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct EquationInfo {
     /// Instance path of the component, `""` at the top.
     pub component: Arc<str>,

@@ -45,6 +45,7 @@ mod study_units;
 mod sweeps;
 mod unit_client;
 mod unit_derivatives;
+mod unit_saved;
 mod unit_texts;
 mod unit_values;
 mod units;

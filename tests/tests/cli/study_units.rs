@@ -324,7 +324,8 @@ fn a_unit_in_the_folder_of_a_library_goes_with_the_report() {
          u_0 = \"u_0\"\n[shots]\ntime = \"t\"\n",
     );
     seen_through_a_lag(&folder);
-    let search = ["discover", "st.toml", "--bench", "set.json", "--library", "parts", "--report", "r", "--threads", "1"];
+    let search =
+        ["discover", "st.toml", "--bench", "set.json", "--library", "parts", "--report", "r", "--threads", "1"];
     let outcome = run(folder.path(), &search);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let json: Value = serde_json::from_str(&folder.read("r/report.json")).unwrap();

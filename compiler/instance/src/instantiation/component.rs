@@ -294,7 +294,8 @@ impl Scopes<'_> {
         }
         if let Some(outermost) = self.inherits_itself(inst, class) {
             let outer = self.table.full_name(outermost);
-            let message = format!("`{outer}` contains a component of its own class, which it inherits from a class around it");
+            let message =
+                format!("`{outer}` contains a component of its own class, which it inherits from a class around it");
             self.table.report(Diagnostic::error(Code::CircularClass, message).at(span, "the cycle closes here"));
             return Err(Reported);
         }
