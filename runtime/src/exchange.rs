@@ -225,6 +225,7 @@ impl Exchange {
     }
 
     /// Number of states.
+    #[inline]
     pub fn states(&self) -> usize {
         self.states.len()
     }
@@ -240,13 +241,25 @@ impl Exchange {
     }
 
     /// Moves to a time (s).
+    #[inline]
     pub fn set_time(&mut self, t: f64) {
         self.solved &= t.to_bits() == self.now.t.to_bits();
         self.now.t = t;
     }
 
     /// Moves to states, as many as there are.
+    #[inline]
     pub fn set_states(&mut self, states: &[f64]) {
+        if self.states.len() == self.now.y.len() {
+            // All unknowns are states.
+            let mut same = true;
+            for (old, &value) in self.now.y.iter_mut().zip(states) {
+                same &= value.to_bits() == old.to_bits();
+                *old = value;
+            }
+            self.solved &= same;
+            return;
+        }
         for (&k, &value) in self.states.iter().zip(states) {
             let old = &mut self.now.y[k as usize];
             self.solved &= value.to_bits() == old.to_bits();
@@ -279,10 +292,12 @@ impl Exchange {
     ///
     /// # Errors
     /// There is no solution near that of the anchor: nothing has changed, and other values may be tried.
+    #[inline]
     pub fn solve(&mut self, system: &mut dyn DaeSystem) -> Result<(), SolveError> {
-        if self.solved {
-            return Ok(());
-        }
+        if self.solved { Ok(()) } else { self.solve_here(system) }
+    }
+
+    fn solve_here(&mut self, system: &mut dyn DaeSystem) -> Result<(), SolveError> {
         if self.affine && !self.anchored {
             self.anchored = self.within(system, |this, problem| {
                 let Point { t, y, yp } = &this.basis;
@@ -366,6 +381,7 @@ impl Exchange {
     ///
     /// # Errors
     /// As [`Exchange::solve`].
+    #[inline]
     pub fn derivatives(&mut self, system: &mut dyn DaeSystem, out: &mut [f64]) -> Result<(), SolveError> {
         self.solve(system)?;
         let rates = &self.now.yp;
@@ -446,6 +462,7 @@ impl Exchange {
     }
 
     /// True if [`Exchange::reports`] has something to give.
+    #[inline]
     pub fn has_reports(&self) -> bool {
         !self.reports.is_empty()
     }

@@ -434,6 +434,7 @@ impl Consistency {
     /// The values where the system is affine (see `exchange`) and the matrix is that since the last event: one evaluation.  Where each row has
     /// one of them it is made at zero, so that what an equation says explicitly comes without a rounding; elsewhere at `near`, unknowns and
     /// rates of a point from which the corrections are small.  False where they are not finite; `y` and `yp` have changed then, too.
+    #[inline]
     pub(crate) fn solve_affine(
         &mut self,
         system: &mut dyn DaeSystem,
