@@ -237,6 +237,14 @@ fn of_equation(equation: Option<&EquationInfo>) -> Vec<(&str, u32)> {
 }
 
 impl SolveError {
+    /// Other starts from which no initial values were found either.
+    pub fn other_starts(&self) -> usize {
+        match self {
+            SolveError::Initial { advice, .. } => advice.tried,
+            _ => 0,
+        }
+    }
+
     /// Time reached (s), if the run had begun.
     pub fn time(&self) -> Option<f64> {
         match self {

@@ -125,6 +125,16 @@ impl Trials<'_> {
                     proposal.message.push_str(&format!(" (`{empty}` then falls below zero)"));
                     overdrawn |= healing.proposals.is_empty();
                 }
+                // A steady state that is found from nowhere may not be there, whatever the start is then.
+                let replaced =
+                    proposal.edits.first().and_then(|own| text.get(own.span.start as usize..own.span.end as usize));
+                if kind.0 == Rank::Start
+                    && replaced.is_some_and(|own| own.trim_start().starts_with("der("))
+                    && failure.is_some_and(|own| own.other_starts() > 1)
+                {
+                    proposal.message.push_str(" (there may be no steady state)");
+                    overdrawn |= healing.proposals.is_empty();
+                }
                 // What is negative from the start on is seldom meant to be so, whatever law would hold then.
                 overdrawn |= trouble.start && proposal.edits.iter().any(|own| own.text.contains("abs("));
                 healing.proposals.push(proposal);

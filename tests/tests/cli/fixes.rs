@@ -160,6 +160,12 @@ fn what_may_not_be_meant_is_shown_and_not_written() {
              Real p(start = p0, fixed = true);\nequation\n  der(p) = -1e6*q;\nend M;\n",
             "sign(p - p_tank)*sqrt(abs(p - p_tank))",
         ),
+        // More is taken out than comes in: no level stays.
+        (
+            "model M\n  parameter Real crest = 1.2;\n  Real h(start = 1.4);\n  Real over;\ninitial equation\n  der(h) = 0;\n\
+             equation\n  over = if h > crest then (h - crest)^1.5 else 0;\n  120*der(h) = 0.05 - over - 0.08;\nend M;\n",
+            "write `h = 1.4` for `der(h) = 0` (there may be no steady state)",
+        ),
     ] {
         folder.write("m.hyd", text);
         let outcome = run(folder.path(), &["check", "m.hyd", "--fix", "--stop", "100"]);
