@@ -80,7 +80,8 @@ pub(crate) fn build(arguments: &Build, version: FmiVersion) -> Result<(), Failur
         let note = "the model has delays, so the unit is for co-simulation only: it has no finite state that others could integrate";
         output::sentence("note", note, arguments.model.message_format);
     }
-    for note in [fixed_parameters(&payload), fixed_texts(flat), texts_left_out(flat)].into_iter().flatten() {
+    let (later, unknown) = texts_left_out(flat);
+    for note in [fixed_parameters(&payload), fixed_texts(flat), later, unknown].into_iter().flatten() {
         output::sentence("note", &note, arguments.model.message_format);
     }
     let kinds = if exchange { "model exchange and co-simulation" } else { "co-simulation" };
@@ -120,10 +121,16 @@ fn fixed_texts(flat: &FlatModel) -> Option<String> {
     ))
 }
 
-/// A sentence on the Strings that the unit does not have.
-fn texts_left_out(flat: &FlatModel) -> Option<String> {
-    let names: Vec<String> = flat.open_texts.iter().map(|name| format!("`{name}`")).collect();
-    Some(format!("not in the unit, because they are Strings that follow from what can be set: {}", some_of(&names)?))
+/// Sentences on the Strings that the unit does not have.
+fn texts_left_out(flat: &FlatModel) -> (Option<String>, Option<String>) {
+    let named = |names: &[String]| some_of(&names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>());
+    let why = |why: &str, names: &[String]| {
+        Some(format!("not in the unit, because they are Strings {why}: {}", named(names)?))
+    };
+    (
+        why("that follow from what can be set or is found at the start", &flat.open_texts),
+        why("without a value, or with one that differs along an array of components", &flat.unknown_texts),
+    )
 }
 
 /// The first of some names; none where there are none.
@@ -180,8 +187,8 @@ fn facts(flat: &FlatModel, payload: &Model) -> Result<Facts, Failure> {
         let elements = block.values.iter().enumerate();
         facts.texts.extend(elements.map(|(k, value)| Text {
             name: block.name.element(k),
-            // A zero would end it before its end.
-            value: value.replace('\0', ""),
+            // A zero would end it before its end, and a description can hold no other of these either.
+            value: value.chars().filter(|&c| !matches!(c, '\0'..='\x08' | '\x0b' | '\x0c' | '\x0e'..='\x1f')).collect(),
             description: description.clone(),
         }));
     }

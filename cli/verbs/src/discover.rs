@@ -75,8 +75,7 @@ pub fn discover(
     let begin = Instant::now();
     let progress = |text: &str| listener.progress(begin.elapsed().as_secs_f64(), text);
     let base = opened.translated(&workshop, listener)?;
-    let blocks = base.blocks().to_vec();
-    let units = opened.units(&blocks)?;
+    let units = opened.units(base.blocks())?;
     let candidates = all_candidates(opened, &workshop, listener)?;
     let hash = fingerprint(opened, (&workshop, &units), &candidates, options.seed)?;
     // By now all texts and tables have been read; better here than after a long search.
@@ -132,7 +131,7 @@ pub fn discover(
     }
     let mut report = report.map_err(failure)?;
     tell_whole_loops(setup, listener);
-    let units = opened.units(&[&blocks[..], &report.units[..]].concat())?;
+    let units = opened.units(&report.units)?;
     folder.write(&mut report, &units, listener)?;
     let json = format!("{:#}\n", report.json);
     write(&options.report, setup, &report, &json)?;

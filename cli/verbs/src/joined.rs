@@ -52,32 +52,17 @@ pub(crate) struct StudyUnits {
     libraries: Libraries,
     host: Option<Host>,
     known: Mutex<BTreeMap<PathBuf, Unit>>,
-    /// Where units lie by the names that texts give them: a text that is put together of others lies in no folder of theirs.
-    places: Mutex<BTreeMap<Arc<str>, PathBuf>>,
 }
 
 impl StudyUnits {
     /// None is open yet.
     pub(crate) fn new(libraries: &Libraries, host: Option<&Host>) -> Self {
-        Self { libraries: libraries.clone(), host: host.cloned(), known: Mutex::default(), places: Mutex::default() }
+        Self { libraries: libraries.clone(), host: host.cloned(), known: Mutex::default() }
     }
 
     /// Keeps a unit that has been opened.
     pub(crate) fn keep(&self, path: PathBuf, unit: Unit) {
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(path, unit);
-    }
-
-    /// Where the unit of a block lies.
-    fn place(&self, block: &ForeignBlock) -> Result<PathBuf, Failure> {
-        let path = file_of(block, &self.libraries)?;
-        let mut places = self.places.lock().unwrap_or_else(PoisonError::into_inner);
-        match places.get(&block.file).filter(|_| !path.exists()) {
-            Some(known) => Ok(known.clone()),
-            None => {
-                places.insert(block.file.clone(), path.clone());
-                Ok(path)
-            }
-        }
     }
 
     fn unit(&self, path: &Path) -> Result<Unit, Failure> {
@@ -98,7 +83,7 @@ impl Joiner for StudyUnits {
             self.host.as_ref().ok_or_else(|| Fault::new("units of other tools are run by the command `hyd` alone"))?;
         let mut units = Vec::with_capacity(blocks.len());
         for block in blocks {
-            let path = self.place(block).map_err(said)?;
+            let path = file_of(block, &self.libraries).map_err(said)?;
             let unit = self.unit(&path).map_err(said)?;
             let wiring = wired(&path, &unit, block).map_err(said)?;
             units.push((unit, wiring));

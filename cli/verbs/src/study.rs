@@ -162,8 +162,7 @@ impl Opened {
         for block in blocks {
             let path = file_of(block, &self.libraries)?;
             if let Some(k) = found.iter().position(|(name, _)| **name == *block.file) {
-                // One that is put together of other texts lies where none of its units do.
-                if paths[k] != path && path.exists() {
+                if paths[k] != path {
                     return Err(Failure::Fault(format!(
                         "`{}` and `{}` are two units of one name, which cannot stand in one folder with the model that is found; rename one",
                         paths[k].display(),

@@ -461,8 +461,10 @@ pub struct FlatModel {
     pub given: Vec<(VarId, f64)>,
     /// Strings, looked at where the model leaves for other tools.
     pub texts: Vec<TextBlock>,
-    /// Names of those whose values follow from what can be set.
+    /// Names of those whose values follow from what can be set or is found at the start.
     pub open_texts: Vec<String>,
+    /// Names of those without a value, or with one that differs along an array of components.
+    pub unknown_texts: Vec<String>,
     /// Public inputs of the model itself: parameters, if it has no physical connectors outside.
     pub inputs: Vec<BlockId>,
     /// Public outputs of the model itself.

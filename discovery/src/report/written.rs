@@ -69,7 +69,8 @@ impl Scene<'_> {
         let translated = |stated: &[Stated]| -> Result<(String, String, Machine), Fault> {
             let own = workshop.extended(&inserts, &description, stated, &annotation);
             let whole = format!("{rest}{own}");
-            let (model, _) = watched(workshop, &data, &|with| with.translate_whole(&whole, &inserts))?;
+            let (mut model, _) = watched(workshop, &data, &|with| with.translate_whole(&whole, &inserts))?;
+            model.keep_units(self.last.base.machine.blocks());
             Ok((whole, own, setup.machine(model)?))
         };
         let (whole, own, machine) = with_most(&self.common()?, &translated)?;

@@ -75,6 +75,16 @@ impl Translated {
         &self.blocks
     }
 
+    /// Units lie where these blocks say: a text that is put together of others lies in none of their folders.
+    pub(crate) fn keep_units(&mut self, original: &[ForeignBlock]) {
+        let kept = self.blocks.iter().map(|block| {
+            let known = original.iter().find(|known| known.path == block.path && known.file == block.file);
+            let written_in = known.map_or(&block.written_in, |known| &known.written_in).clone();
+            ForeignBlock { written_in, ..block.clone() }
+        });
+        self.blocks = kept.collect();
+    }
+
     /// The model with all variables of loops as unknowns of the solver; none where no loop is computed one variable after the other,
     /// or where that cannot be translated.
     pub(crate) fn with_whole_loops(&self) -> Option<Self> {

@@ -110,9 +110,9 @@ pub(crate) struct Wish<'a> {
 pub(crate) fn instantiate(log: Log, wish: Wish<'_>, update: Option<IntermediateUpdate>) -> *mut c_void {
     let made = catch_unwind(AssertUnwindSafe(|| {
         let folder = wish.resources?;
-        let loaded = load(&folder, wish.token)?;
+        let (loaded, payload) = load(&folder, wish.token)?;
         let inputs = inputs(&folder, loaded.model.structure.inputs.len())?;
-        Core::new(loaded, (wish.kind, wish.manners), inputs, texts(&folder)?)
+        Core::new((loaded, payload), (wish.kind, wish.manners), inputs, texts(&folder)?)
     }));
     match made {
         Ok(Ok(core)) => {
@@ -168,6 +168,19 @@ pub(crate) fn enter_again(handle: *mut c_void, work: impl FnOnce(&mut Component)
     let broken = std::mem::take(&mut component.broken);
     let status = finish(component, work);
     component.broken |= broken && status != Status::Ok as StatusCode;
+    status
+}
+
+/// The same also for an instance that refuses work, which it goes on to do, for calls that look at states that were kept.
+pub(crate) fn enter_beside(handle: *mut c_void, work: impl FnOnce(&mut Component) -> Result<(), Fault>) -> StatusCode {
+    if handle.is_null() {
+        return Status::Error as StatusCode;
+    }
+    // SAFETY: as in `enter`.
+    let component = unsafe { &mut *handle.cast::<Component>() };
+    let broken = std::mem::take(&mut component.broken);
+    let status = finish(component, work);
+    component.broken |= broken;
     status
 }
 

@@ -70,6 +70,8 @@ pub(crate) struct Manners {
 /// What belongs to the model and never changes.
 pub(crate) struct Known {
     pub(crate) loaded: Arc<Loaded>,
+    /// A number of its own for each payload, by which a saved state knows its unit.
+    pub(crate) payload: u64,
     pub(crate) catalogue: Catalogue,
     /// Input site of an element of a variable.
     pub(crate) inputs: HashMap<(usize, usize), usize>,
@@ -126,7 +128,7 @@ impl Core {
     /// # Errors
     /// A sentence.
     pub(crate) fn new(
-        loaded: Arc<Loaded>,
+        (loaded, payload): (Arc<Loaded>, u64),
         (kind, manners): (Kind, Manners),
         input_starts: Vec<f64>,
         texts: Vec<CString>,
@@ -146,7 +148,7 @@ impl Core {
             system.hold_input(input, value, (0.0, start));
         }
         Ok(Self {
-            known: Arc::new(Known { loaded: loaded.clone(), catalogue, inputs, starts, input_starts, texts }),
+            known: Arc::new(Known { loaded: loaded.clone(), payload, catalogue, inputs, starts, input_starts, texts }),
             kind,
             manners,
             asked: (Vec::new(), Vec::new()),
@@ -175,8 +177,9 @@ impl Core {
     /// # Errors
     /// A sentence.
     pub(crate) fn reset(&mut self) -> Result<(), Fault> {
-        let Known { loaded, input_starts, texts, .. } = &*self.known;
-        let again = Self::new(loaded.clone(), (self.kind, self.manners), input_starts.clone(), texts.clone());
+        let Known { loaded, payload, input_starts, texts, .. } = &*self.known;
+        let again =
+            Self::new((loaded.clone(), *payload), (self.kind, self.manners), input_starts.clone(), texts.clone());
         *self = again.map_err(Fault::usage)?;
         Ok(())
     }

@@ -12,8 +12,8 @@ use std::collections::HashSet;
 use std::ffi::{CString, c_char, c_void};
 
 use crate::boundary::{
-    Component, Log, Logger, StatusCode, Wish, enter, enter_again, free, get_texts, give, instantiate, keep, read_text,
-    release, saved, set_logging, set_texts, slice, slice_mut, structure, tell_event,
+    Component, Log, Logger, StatusCode, Wish, enter, enter_again, enter_beside, free, get_texts, give, instantiate,
+    keep, read_text, release, saved, set_logging, set_texts, slice, slice_mut, structure, tell_event,
 };
 use crate::core::{Kind, Manners, Mode, Setup};
 use crate::fault::{Fault, Status};
@@ -289,7 +289,7 @@ pub extern "C" fn fmi2FreeFMUstate(_handle: Handle, state: *mut *mut c_void) -> 
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SerializedFMUstateSize(handle: Handle, state: *mut c_void, size: *mut usize) -> StatusCode {
-    enter(handle, |_| {
+    enter_beside(handle, |_| {
         give(size, saved(state)?.0.serialize()?.len());
         Ok(())
     })
@@ -297,7 +297,7 @@ pub extern "C" fn fmi2SerializedFMUstateSize(handle: Handle, state: *mut c_void,
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SerializeFMUstate(handle: Handle, state: *mut c_void, bytes: *mut u8, size: usize) -> StatusCode {
-    enter(handle, |_| {
+    enter_beside(handle, |_| {
         let written = saved(state)?.0.serialize()?;
         if written.len() > size {
             return Err(Fault::usage(format!("the state has {} bytes, and there is room for {size}", written.len())));
@@ -314,7 +314,7 @@ pub extern "C" fn fmi2DeSerializeFMUstate(
     size: usize,
     state: *mut *mut c_void,
 ) -> StatusCode {
-    enter(handle, |component| {
+    enter_beside(handle, |component| {
         let core = component.core.deserialize(slice(bytes, size)?)?;
         keep(state, core)
     })

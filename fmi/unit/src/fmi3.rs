@@ -12,8 +12,9 @@ use std::ffi::{CString, c_char, c_void};
 use std::path::PathBuf;
 
 use crate::boundary::{
-    Component, IntermediateUpdate, Log, Logger, StatusCode, Wish, enter, enter_again, free, get_texts, give,
-    instantiate, keep, read_text, release, saved, set_logging, set_texts, slice, slice_mut, tell_event, tell_step,
+    Component, IntermediateUpdate, Log, Logger, StatusCode, Wish, enter, enter_again, enter_beside, free, get_texts,
+    give, instantiate, keep, read_text, release, saved, set_logging, set_texts, slice, slice_mut, tell_event,
+    tell_step,
 };
 use crate::core::{Kind, Known, Manners, Setup};
 use crate::fault::{Fault, Status};
@@ -311,7 +312,7 @@ pub extern "C" fn fmi3FreeFMUState(_handle: Handle, state: *mut *mut c_void) -> 
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3SerializedFMUStateSize(handle: Handle, state: *mut c_void, size: *mut usize) -> StatusCode {
-    enter(handle, |_| {
+    enter_beside(handle, |_| {
         give(size, saved(state)?.0.serialize()?.len());
         Ok(())
     })
@@ -319,7 +320,7 @@ pub extern "C" fn fmi3SerializedFMUStateSize(handle: Handle, state: *mut c_void,
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3SerializeFMUState(handle: Handle, state: *mut c_void, bytes: *mut u8, size: usize) -> StatusCode {
-    enter(handle, |_| {
+    enter_beside(handle, |_| {
         let written = saved(state)?.0.serialize()?;
         if written.len() > size {
             return Err(Fault::usage(format!("the state has {} bytes, and there is room for {size}", written.len())));
@@ -336,7 +337,7 @@ pub extern "C" fn fmi3DeserializeFMUState(
     size: usize,
     state: *mut *mut c_void,
 ) -> StatusCode {
-    enter(handle, |component| {
+    enter_beside(handle, |component| {
         let core = component.core.deserialize(slice(bytes, size)?)?;
         keep(state, core)
     })

@@ -8,11 +8,11 @@ use hyd_fmi::{INPUTS, PAYLOAD, TEXTS};
 use hyd_payload::format::FormatError;
 use hyd_payload::{Backend, Loaded, format};
 
-/// Reads and maps the model; `token`: what the unit is known by.
+/// Reads and maps the model; `token`: what the unit is known by.  The number is another one, all but surely, for another payload.
 ///
 /// # Errors
 /// A sentence.
-pub(crate) fn load(resources: &Path, token: &str) -> Result<Arc<Loaded>, String> {
+pub(crate) fn load(resources: &Path, token: &str) -> Result<(Arc<Loaded>, u64), String> {
     let path = resources.join(PAYLOAD);
     let bytes = std::fs::read(&path).map_err(|error| format!("`{}` cannot be read: {error}", path.display()))?;
     let wanted = hyd_fmi::token(&bytes);
@@ -28,7 +28,8 @@ pub(crate) fn load(resources: &Path, token: &str) -> Result<Arc<Loaded>, String>
         Err(FormatError::Processor(_)) => (format::read(&bytes, false).map_err(said)?, Backend::Vm),
         Err(error) => return Err(said(error)),
     };
-    Loaded::new(model, backend).map(Arc::new).map_err(|reason| format!("`{}`: {reason}", path.display()))
+    let loaded = Loaded::new(model, backend).map_err(|reason| format!("`{}`: {reason}", path.display()))?;
+    Ok((Arc::new(loaded), format::fingerprint(&bytes).unwrap_or_default()))
 }
 
 /// Start values of `count` inputs.

@@ -77,7 +77,7 @@ impl Core {
             }
         }
         self.system.save(&mut body);
-        let token = [hyd_token(self), u64::from(self.kind == Kind::Stepping), sum_of(&body)];
+        let token = [self.known.payload, u64::from(self.kind == Kind::Stepping), sum_of(&body)];
         Ok([MAGIC.to_vec(), token.iter().flat_map(|word| word.to_le_bytes()).collect(), body].concat())
     }
 
@@ -86,7 +86,7 @@ impl Core {
     /// # Errors
     /// The state is one of another unit, or of the same in another kind of use.
     pub(crate) fn take_state(&mut self, kept: &Core) -> Result<(), Fault> {
-        if hyd_token(self) != hyd_token(kept) || (self.kind, self.manners) != (kept.kind, kept.manners) {
+        if self.known.payload != kept.known.payload || (self.kind, self.manners) != (kept.kind, kept.manners) {
             return Err(Fault::usage("the state is not one of this instance"));
         }
         self.clone_from(kept);
@@ -99,7 +99,7 @@ impl Core {
     /// They are not of this unit.
     pub(crate) fn deserialize(&self, bytes: &[u8]) -> Result<Core, Fault> {
         let mut rest = bytes.strip_prefix(&MAGIC).ok_or_else(damaged)?;
-        let known = [hyd_token(self), u64::from(self.kind == Kind::Stepping)];
+        let known = [self.known.payload, u64::from(self.kind == Kind::Stepping)];
         if known.iter().any(|known| word(&mut rest).ok() != Some(*known)) || word(&mut rest)? != sum_of(rest) {
             return Err(damaged());
         }
@@ -147,11 +147,6 @@ impl Core {
         }
         Ok(core)
     }
-}
-
-/// A number by which the state knows its model.
-fn hyd_token(core: &Core) -> u64 {
-    core.known.loaded.model.identity.sources
 }
 
 fn packed(value: &impl Serialize) -> Result<Vec<u8>, Fault> {

@@ -311,6 +311,8 @@ fn a_unit_in_the_folder_of_a_library_goes_with_the_report() {
     let block = run(folder.path(), &["unit", "parts/u.fmu", "-o", "parts/u.hyd"]);
     assert_eq!(block.code, Some(0), "{}", block.stderr);
     std::fs::remove_file(folder.path().join("u.hyd")).unwrap();
+    // What has the same name elsewhere is another one.
+    folder.write("u.fmu", "no unit");
     folder.write(
         "machine.hyd",
         "model Machine\n  parameter Real T(unit = \"s\") = 0.5;\n  parameter Real u_0 = 1;\n  U unit(T = T, u_0 = u_0);\n\

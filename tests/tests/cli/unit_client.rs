@@ -39,10 +39,16 @@ pub(crate) fn hyd(folder: &Path, arguments: &[&str]) -> std::process::Output {
 }
 
 pub(crate) fn make(case: &str, version: &str, text: &str) -> Unpacked {
+    make_with(case, version, text, &[])
+}
+
+/// As [`make`] with further arguments.
+pub(crate) fn make_with(case: &str, version: &str, text: &str, more: &[&str]) -> Unpacked {
     let folder = std::env::temp_dir().join(format!("hyd unit {case} {version} {}", std::process::id()));
     fs::create_dir_all(&folder).expect("a folder");
     fs::write(folder.join("case.hyd"), text).expect("written");
-    let output = hyd(&folder, &["build", "case.hyd", "--fmu", version, "-o", "case.fmu"]);
+    let arguments = ["build", "case.hyd", "--fmu", version, "-o", "case.fmu"];
+    let output = hyd(&folder, &[&arguments[..], more].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let file = fs::File::open(folder.join("case.fmu")).expect("the unit");
     let mut archive = zip::ZipArchive::new(file).expect("an archive");

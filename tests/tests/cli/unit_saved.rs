@@ -4,7 +4,7 @@ use std::ffi::c_void;
 
 use hyd_unit::fmi3;
 
-use crate::unit_client::{ERROR, OK, Unpacked, begin, make, step};
+use crate::unit_client::{ERROR, OK, Unpacked, begin, make, make_with, step};
 
 /// Distance of communication points (s).
 const STEP: f64 = 0.01;
@@ -63,6 +63,15 @@ equation
     der(x[i]) = 400*((if i == 1 then u else x[i - 1]) - x[i]) - x[i]^3;
   end for;
 end Chain;";
+
+/// Ends at 0.4 s.
+const ENDS: &str = "model Ends
+  input Real u(start = 1);
+  output Real x(start = 0, fixed = true);
+equation
+  der(x) = 1;
+  assert(x < 0.4, \"it runs over\");
+end Ends;";
 
 /// The input over the points, with jumps.
 fn input(k: usize) -> f64 {
@@ -141,6 +150,28 @@ fn another_instance_goes_on_with_the_same_bits() {
     }
 }
 
+/// An instance that has failed refuses work, but not to be led back to where it was.
+#[test]
+fn a_failed_instance_goes_back_to_bytes() {
+    let unit = make("saved failed", "3.0", ENDS);
+    let it = unit.stepping();
+    begin(it, 1.0);
+    run(&unit, it, 0..30, &["x"]);
+    let (mut state, mut size) = (std::ptr::null_mut(), 0);
+    assert_eq!(fmi3::fmi3GetFMUState(it, &mut state), OK);
+    let bytes = written(it);
+    run(&unit, it, 30..39, &["x"]);
+    assert_eq!(step(it, 0.39, 0.05).0, ERROR);
+    assert_eq!(fmi3::fmi3SerializedFMUStateSize(it, state, &mut size), OK);
+    assert_eq!(size, bytes.len());
+    // It goes on to refuse everything else.
+    assert_eq!(unit.set(it, "u", 2.0), ERROR);
+    assert_eq!(read(it, &bytes), OK);
+    assert_eq!(unit.set(it, "u", 2.0), OK);
+    run(&unit, it, 30..39, &["x"]);
+    fmi3::fmi3FreeInstance(it);
+}
+
 #[test]
 fn damaged_states_are_refused() {
     let unit = make("saved damaged", "3.0", CONTACT);
@@ -156,6 +187,14 @@ fn damaged_states_are_refused() {
     for cut in [0, 7, 24, bytes.len() / 2, bytes.len() - 1] {
         assert_eq!(read(it, &bytes[..cut]), ERROR, "{cut} bytes");
     }
+    // A state of the same text with another number in it is none of this one.
+    let heavy = "model Heavy parameter Integer n(min = 1) = 1 annotation(Evaluate = true); Real x(start = 1, fixed = true); equation der(x) = -n*x; end Heavy;";
+    let one = make("saved one", "3.0", heavy);
+    let two = make_with("saved two", "3.0", heavy, &["--set", "n=2"]);
+    let (left, right) = (one.stepping(), two.stepping());
+    [left, right].into_iter().for_each(|it| begin(it, 1.0));
+    assert_eq!(read(right, &written(left)), ERROR);
+    [left, right].into_iter().for_each(|it| fmi3::fmi3FreeInstance(it));
     // A state of the other kind is none of this one.
     let exchange = unit.exchange();
     assert_eq!(read(exchange, &bytes), ERROR);

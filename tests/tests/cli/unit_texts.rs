@@ -14,18 +14,25 @@ const MODEL: &str = "model Texts
   Part part[2](name = names, each note = file + \"!\");
   parameter Integer n = 3;
   parameter String label = \"of \" + String(n);
+  parameter Real found(start = 1, fixed = false);
+  parameter String late = String(found);
+  parameter String nothing;
   parameter Integer size = if mode == \"long\" then 3 else 2;
   parameter String mode = \"long\";
   Real x[size](each start = 1, each fixed = true);
   model Part
     parameter String name = \"\";
     parameter String note = \"\";
+    parameter String pair[2] = {\"l\", \"r\"};
+    parameter String own = \"<\" + name + \">\";
   end Part;
+initial equation
+  found = 4;
 equation
   der(x) = -n*x;
 end Texts;";
 
-const VALUES: [(&str, &str); 9] = [
+const VALUES: [(&str, &str); 11] = [
     ("file", "a & <b>.txt"),
     ("lines", "one\ntwo"),
     ("names[1]", "Öl"),
@@ -34,6 +41,8 @@ const VALUES: [(&str, &str); 9] = [
     ("part[2].name", ""),
     ("part[1].note", "a & <b>.txt!"),
     ("part[2].note", "a & <b>.txt!"),
+    ("part[1].pair[2]", "r"),
+    ("part[2].pair[1]", "l"),
     ("mode", "long"),
 ];
 
@@ -104,7 +113,8 @@ fn strings_are_constants_of_units() {
         );
         let said = String::from_utf8_lossy(&again.stderr);
         assert!(said.contains("because they are Strings: `file`, `names`, `part.name`"), "{said}");
-        assert!(said.contains("Strings that follow from what can be set: `label`"), "{said}");
+        assert!(said.contains("what can be set or is found at the start: `label`, `late`"), "{said}");
+        assert!(said.contains("differs along an array of components: `part.own`, `nothing`"), "{said}");
         assert!(!unit.description.contains("name=\"label\""));
         let run = hyd(&unit.folder, &["simulate", "again.fmu", "--set", "n=2", "--result", "r.csv", "--json"]);
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));

@@ -31,7 +31,7 @@ fn is_evaluated(annotation: &Modification) -> bool {
 /// Deepest nesting of components.
 const MAX_DEPTH: usize = 100;
 /// So many instances around a component are of classes with its text, each nested in the next, before none is looked for further out.
-const SAME_TEXT: usize = 2;
+const SAME_TEXT: usize = 6;
 
 impl Scopes<'_> {
     pub(crate) fn make(
