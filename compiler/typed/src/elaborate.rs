@@ -23,6 +23,8 @@ pub type FieldDims = Rc<[(u32, Vec<Expr>)]>;
 #[derive(Default)]
 pub struct Typing {
     pub(crate) signatures: FxHashMap<InstId, Rc<Signature>>,
+    /// Functions whose signatures are being put together.
+    pub(crate) open: Vec<InstId>,
     pub(crate) functions: FxHashMap<InstId, Rc<Function>>,
     pub(crate) records: FxHashMap<InstId, Rc<RecordType>>,
     pub(crate) dims: FxHashMap<InstId, FieldDims>,

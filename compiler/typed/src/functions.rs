@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use hyd_instance::shape::Shape;
-use hyd_instance::{FunctionComponent, LocalClass, Scope};
+use hyd_instance::{FunctionComponent, InstId, LocalClass, Scope};
 use hyd_source::Reported;
 use hyd_syntax::tree::{ClassBody, ComponentRef, Direction, Expr, ExprKind, External, Name};
 
@@ -21,6 +21,15 @@ impl Elaborator<'_, '_> {
         if let Some(known) = self.typing.signatures.get(&inst) {
             return Ok(known.clone());
         }
+        self.typing.open.push(inst);
+        let signature = self.signature_of(inst, local);
+        self.typing.open.pop();
+        let signature = Rc::new(signature?);
+        self.typing.signatures.insert(inst, signature.clone());
+        Ok(signature)
+    }
+
+    fn signature_of(&mut self, inst: InstId, local: &LocalClass) -> Result<Signature, Reported> {
         let shape = self.scopes.table.shape(local.class)?;
         let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
         for FunctionComponent { frame, component, .. } in self.scopes.function_components(inst, &shape)? {
@@ -32,9 +41,7 @@ impl Elaborator<'_, '_> {
             let ty = self.declared_type(Scope { inst, frame }, &component)?;
             list.push((component.name.name.clone(), ty));
         }
-        let signature = Rc::new(Signature { inst, inputs, outputs });
-        self.typing.signatures.insert(inst, signature.clone());
-        Ok(signature)
+        Ok(Signature { inst, inputs, outputs })
     }
 
     /// A function with all its declarations and statements.

@@ -147,6 +147,12 @@ impl Elaborator<'_, '_> {
             return Ok(Type { base: Base::Scalar(scalar), rank });
         }
         if self.scopes.table.class(local.class).def.kind == ClassKind::Function {
+            let inst = self.scopes.package_of(&local)?;
+            if self.typing.open.contains(&inst) {
+                let name = self.scopes.table.full_name(local.class);
+                let message = format!("`{name}` takes or gives a function of its own type");
+                return Err(self.error(Code::CircularClass, component.class.span, message));
+            }
             let result = self.type_of_outputs(&local)?;
             return Ok(Type { base: Base::Function(Rc::new(result)), rank });
         }
