@@ -18,7 +18,6 @@ use crate::delay::{DelayWork, Delaying};
 use crate::error::{SolveError, Stage};
 use crate::events::iteration::{Instant, settle};
 use crate::initial::consistent::Consistency;
-use crate::initial::rescue::Rescue;
 use crate::initial::{InitialSystem, Start};
 use crate::loops::judge;
 use crate::output::check_outputs;
@@ -166,13 +165,11 @@ impl Exchange {
         self.consistency.reset(&self.weights.nominals);
         self.consistency.read_states(problem);
         let (time_scale, weights, consistency) = (self.time_scale, &self.weights, &mut self.consistency);
-        let mut start = Start { t, time_scale, weights, rescue: true, consistency, sensitivity: None };
+        let mut start = Start { t, time_scale, weights, rescue: false, consistency, sensitivity: None };
         let Point { y, yp, .. } = &mut self.now;
         let terminated = self.initial.start(problem, &mut start, y, yp)?;
         problem.system.assertions(t, &self.now.y, &self.now.yp, &mut self.reports);
         self.refuse_failed()?;
-        // Who looks at the reports tells that start values were not kept.
-        self.reports.extend(self.initial.rescued().map(Rescue::report));
         Ok(Settled { values_changed: true, states_changed: false, terminated })
     }
 

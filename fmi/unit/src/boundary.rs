@@ -160,19 +160,19 @@ pub(crate) fn enter(handle: *mut c_void, work: impl FnOnce(&mut Component) -> Re
 
 /// The same also for an instance that refuses work, for calls that reset it.
 pub(crate) fn enter_again(handle: *mut c_void, work: impl FnOnce(&mut Component) -> Result<(), Fault>) -> StatusCode {
-    if handle.is_null() {
-        return Status::Error as StatusCode;
-    }
-    // SAFETY: as in `enter`.
-    let component = unsafe { &mut *handle.cast::<Component>() };
-    let broken = std::mem::take(&mut component.broken);
-    let status = finish(component, work);
-    component.broken |= broken && status != Status::Ok as StatusCode;
-    status
+    enter_broken(handle, true, work)
 }
 
 /// The same also for an instance that refuses work, which it goes on to do, for calls that look at states that were kept.
 pub(crate) fn enter_beside(handle: *mut c_void, work: impl FnOnce(&mut Component) -> Result<(), Fault>) -> StatusCode {
+    enter_broken(handle, false, work)
+}
+
+fn enter_broken(
+    handle: *mut c_void,
+    mends: bool,
+    work: impl FnOnce(&mut Component) -> Result<(), Fault>,
+) -> StatusCode {
     if handle.is_null() {
         return Status::Error as StatusCode;
     }
@@ -180,7 +180,7 @@ pub(crate) fn enter_beside(handle: *mut c_void, work: impl FnOnce(&mut Component
     let component = unsafe { &mut *handle.cast::<Component>() };
     let broken = std::mem::take(&mut component.broken);
     let status = finish(component, work);
-    component.broken |= broken;
+    component.broken |= broken && !(mends && status == Status::Ok as StatusCode);
     status
 }
 

@@ -251,11 +251,9 @@ impl Core {
             }
             Kind::Stepping => {
                 let known = stop.or(model.experiment.stop).filter(|&stop| stop > start);
-                let plain = Options::new(start, known.unwrap_or(start + 1.0)).with_tolerance(tolerance);
-                let options = Options { rescue: true, ..plain };
+                let options = Options::new(start, known.unwrap_or(start + 1.0)).with_tolerance(tolerance);
                 let mut steps = Box::new(Onward::new(&model.structure, options));
                 steps.begin(&mut self.system).map_err(failed)?;
-                self.reports.extend(steps.rescue().map(hyd_runtime::Rescue::report));
                 self.engine = Engine::Stepping(steps);
             }
         }

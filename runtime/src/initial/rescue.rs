@@ -9,7 +9,7 @@
 
 use std::fmt;
 
-use hyd_system::{AssertionReport, significant};
+use hyd_system::significant;
 
 use super::{InitialSystem, TOLERANCE, View};
 use crate::corrector::kinks::pass_pieces;
@@ -76,13 +76,6 @@ impl fmt::Display for RescueStage {
             RescueStage::Pieces => "piece by piece, in equations that have kinks",
             RescueStage::Scattered => "from other start values",
         })
-    }
-}
-
-impl Rescue {
-    /// The same as a warning of a model, for who has no other place for it.
-    pub fn report(&self) -> AssertionReport {
-        AssertionReport { message: self.to_string(), error: false, file: "".into(), line: 0 }
     }
 }
 

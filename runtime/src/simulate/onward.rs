@@ -14,7 +14,6 @@ use crate::delay::Delaying;
 use crate::error::{SolveError, Stage};
 use crate::events::chatter::Chatter;
 use crate::events::iteration::{Instant, settle};
-use crate::initial::rescue::Rescue;
 use crate::loops::judge;
 use crate::output::check_outputs;
 use crate::problem::Problem;
@@ -84,11 +83,6 @@ impl Onward {
             shown: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             options,
         }
-    }
-
-    /// How initial values were found, if the start values did not lead to them and the options let others be looked for.
-    pub fn rescue(&self) -> Option<&Rescue> {
-        self.simulator.rescue()
     }
 
     /// The start: parameters, consistent values, the events of the start.

@@ -30,7 +30,7 @@ equation
   der(x) = u - 2*w + (if time > 0.2 then 1 else 0);
 end Past;";
 
-/// Loops of equations that are solved by iteration, a controller with samples of its own, a state that is set anew.
+/// Loops of equations that are solved by iteration, a controller with samples of its own, a state that is set to another value.
 const LOOPS: &str = "model Loops
   input Real u(start = 1);
   Real x(start = 0, fixed = true);

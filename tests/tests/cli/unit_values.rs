@@ -3,7 +3,7 @@
 //!
 //! Solutions are closed forms.
 
-use std::ffi::{CStr, CString, c_char, c_void};
+use std::ffi::CString;
 use std::fs;
 use std::io::{Cursor, Read, Write};
 
@@ -90,44 +90,6 @@ fn brakes_that_share_a_load_slip_when_both_are_at_their_limits() {
     // The load t passes what both hold at 3 s: v = (t - 3)^2/4.
     assert!((unit.get(brakes, "v") - 1.0).abs() < 1e-5, "{}", unit.get(brakes, "v"));
     fmi3::fmi3FreeInstance(brakes);
-}
-
-/// Where start values lead to nothing, others are looked for as `hyd simulate` does, and who runs the unit is told.
-#[test]
-fn a_start_that_is_found_elsewhere_is_told() {
-    let text = fs::read_to_string("language/initialisation/guess_behind_a_minimum.hyd").expect("read");
-    let unit = make("start elsewhere", "3.0", &text);
-    for it in [unit.stepping(), unit.exchange()] {
-        begin(it, 1.0);
-        assert!((unit.get(it, "x") - 1.0).abs() < 1e-9, "{}", unit.get(it, "x"));
-        fmi3::fmi3FreeInstance(it);
-    }
-    // Who listens hears of it.
-    let (name, token, resources) = (CString::default(), unit.token(), unit.resources());
-    let it = fmi3::fmi3InstantiateModelExchange(
-        name.as_ptr(),
-        token.as_ptr(),
-        resources.as_ptr(),
-        false,
-        true,
-        std::ptr::null_mut(),
-        Some(hear),
-    );
-    begin(it, 1.0);
-    fmi3::fmi3FreeInstance(it);
-    let said = HEARD.lock().expect("no thread panics with it").join("\n");
-    assert!(said.contains("they were found"), "{said}");
-}
-
-/// Messages of a unit.
-static HEARD: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
-
-/// Keeps a message.
-#[allow(unsafe_code)]
-unsafe extern "C" fn hear(_: *mut c_void, _: i32, _: *const c_char, message: *const c_char) {
-    // SAFETY: the unit gives a text that ends with zero and lives during the call.
-    let message = unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned();
-    HEARD.lock().expect("no thread panics with it").push(message);
 }
 
 /// A square root of a negative number ends a run, whoever integrates.

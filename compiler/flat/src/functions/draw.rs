@@ -79,7 +79,7 @@ impl AtEvent {
 impl Flattener<'_, '_> {
     /// The state is set to the values of an argument.
     pub(super) fn set_hidden_state(&mut self, span: Span, values: Option<&Local>, cx: &Context) -> Result<(), Fail> {
-        // Of a compiled function nobody outside knows the values: whoever draws is told that nothing sets the generator up.
+        // Of a compiled function nobody outside knows the values: whoever draws hears that nothing sets the generator up.
         if self.in_body(cx) {
             return Ok(());
         }

@@ -30,7 +30,7 @@ fn is_evaluated(annotation: &Modification) -> bool {
 
 /// Deepest nesting of components.
 const MAX_DEPTH: usize = 100;
-/// So many instances around a component are of classes with its text, each nested in the next, before none is looked for further out.
+/// Where so many instances around a component are of classes with its text, each nested in the next one out, there is no end to them.
 const SAME_TEXT: usize = 6;
 
 impl Scopes<'_> {
@@ -235,7 +235,7 @@ impl Scopes<'_> {
     }
 
     /// A class that inherits from one around it has an element of its own text, which has another one, and so on: none of them is the same
-    /// class.  The first of them, where the class of a component is the third and each of the instances around it is of the one before.
+    /// class.  The outermost of [`SAME_TEXT`] of them, where a component is of the next.  Redeclarations can end such a row after a few.
     fn inherits_itself(&self, inst: InstId, class: ClassId) -> Option<ClassId> {
         let text = self.table.class(class).def.name.span;
         let (mut inner, mut found, mut above) = (class, 0, self.instances[inst].parent);
