@@ -24,11 +24,12 @@ impl Scratch {
         self.0.join(name)
     }
 
-    /// `hyd` with its launcher.
+    /// `hyd` with its launcher and its library of units.
     pub(crate) fn hyd(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hyd-under-test"));
         command.env_remove("HYD_LIBRARY").env_remove("MODELICAPATH").env("NO_COLOR", "1");
         command.env("HYD_LAUNCHER", env!("CARGO_BIN_EXE_hyd-launcher-under-test"));
+        command.env("HYD_UNIT", crate::unit_client::library());
         self.output(command.args(arguments))
     }
 
