@@ -517,8 +517,11 @@ fn nearly_same_name(names: &[String], wanted: &str) -> Option<String> {
 
 /// The name as written, else the first that differs in case only.
 fn same_name(names: &[String], wanted: &str) -> Option<String> {
+    fn lower(name: &str) -> impl Iterator<Item = char> {
+        name.chars().flat_map(char::to_lowercase)
+    }
     let exact = names.iter().find(|name| *name == wanted);
-    exact.or_else(|| names.iter().find(|name| name.to_lowercase() == wanted.to_lowercase())).cloned()
+    exact.or_else(|| names.iter().find(|name| lower(name).eq(lower(wanted)))).cloned()
 }
 
 fn file_of(names: &[String], stem: &str) -> Option<String> {

@@ -18,9 +18,10 @@ pub(crate) fn post_order_down_to(arena: &Arena, roots: &[NodeId], ends: impl Fn(
         Enter(NodeId),
         Leave(NodeId),
     }
-    let mut order = Vec::new();
-    let mut seen = FxHashSet::default();
-    let mut stack: Vec<Step> = roots.iter().rev().map(|&root| Step::Enter(root)).collect();
+    let mut order = Vec::with_capacity(roots.len());
+    let mut seen = Seen { few: [NodeId(0); FEW], count: 0, many: FxHashSet::default() };
+    let mut stack: Vec<Step> = Vec::with_capacity(FEW.max(roots.len()));
+    stack.extend(roots.iter().rev().map(|&root| Step::Enter(root)));
     while let Some(step) = stack.pop() {
         match step {
             Step::Leave(id) => order.push(id),
@@ -39,6 +40,34 @@ pub(crate) fn post_order_down_to(arena: &Arena, roots: &[NodeId], ends: impl Fn(
     order
 }
 
+/// Most expressions are smaller, and for them a search is cheaper than a table.
+const FEW: usize = 16;
+
+/// Nodes that have been met.
+struct Seen {
+    few: [NodeId; FEW],
+    count: usize,
+    many: FxHashSet<NodeId>,
+}
+
+impl Seen {
+    /// Whether it is met for the first time.
+    fn insert(&mut self, id: NodeId) -> bool {
+        if self.count < FEW {
+            let first = !self.few[..self.count].contains(&id);
+            if first {
+                self.few[self.count] = id;
+                self.count += 1;
+            }
+            return first;
+        }
+        if self.many.is_empty() {
+            self.many.extend(self.few);
+        }
+        self.many.insert(id)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,5 +81,22 @@ mod tests {
         let sum = arena.intern(Node::Add(a, b));
         let product = arena.intern(Node::Mul(sum, a));
         assert_eq!(post_order(&arena, &[product]), vec![a, b, sum, product]);
+    }
+
+    /// Shared nodes come once, in expressions of any size.
+    #[test]
+    fn each_node_comes_once() {
+        for length in [1, FEW - 2, FEW - 1, FEW, FEW + 1, 1000] {
+            let mut arena = Arena::new();
+            let leaf = arena.slot(SlotId(0));
+            let mut sum = leaf;
+            let mut expected = vec![leaf];
+            for _ in 0..length {
+                let square = arena.intern(Node::Mul(sum, sum));
+                sum = arena.intern(Node::Add(square, leaf));
+                expected.extend([square, sum]);
+            }
+            assert_eq!(post_order(&arena, &[sum, leaf, sum]), expected, "{length}");
+        }
     }
 }
