@@ -228,10 +228,14 @@ impl Output {
                 return Err(SolveError::Assertion { time: t, report: Box::new(report) });
             }
             // Elements of an array stand at one place; they are taken in their order.
-            let place = |known: &Warning| (known.report.file.clone(), known.report.line);
+            let place = |report: &AssertionReport| (report.file.clone(), report.line);
             let taken = &self.open[before..];
-            let same = |k: &&usize| place(&self.warnings[**k]) == (report.file.clone(), report.line);
-            let found = self.open[..before].iter().filter(|k| !taken.contains(k)).find(same).copied();
+            let same = |k: &&usize| place(&self.warnings[**k].report) == place(&report);
+            let found = match report.line {
+                // What others say has no place, and comes when they like.
+                0 => self.warnings.iter().position(|known| known.report == report),
+                _ => self.open[..before].iter().filter(|k| !taken.contains(k)).find(same).copied(),
+            };
             let k = found.unwrap_or(self.warnings.len().min(MOST_WARNINGS - 1));
             if k == self.warnings.len() {
                 self.warnings.push(Warning { time: t, until: t, points: 0, report });

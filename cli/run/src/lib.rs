@@ -32,7 +32,9 @@ pub use run_profile::{RunProfile, Share};
 pub use run_summary::{Counters, FinalValues, MethodUse, RunSummary, Status, UnitUse};
 pub use selection::{MOST_CURVES, Selection, Shown};
 pub use shard::ShardOf;
-pub use simulate::{Beside, Facts, Outcome, Ran, Running, Sizes, check_usage, finish, options, record, simulate, tell};
+pub use simulate::{
+    Beside, Facts, Outcome, Ran, Running, Sizes, check_usage, finish, options, record, simulate, tell, warning_texts,
+};
 pub use sweep::{Line, Prepared, Subject, Swept, WholeLoops, failures_told, join, override_plan, prepare, read_plan};
 pub use target::check_target;
 pub use text_file::{SIZE_LIMIT, TextError, decode, read_text, read_to_limit};

@@ -216,10 +216,7 @@ pub fn record(
 /// What the user should know of a run that did not fail for it.
 fn warnings(arguments: &RunArguments, simulator: &Simulator, structure: &Structure) -> Vec<String> {
     let mut list: Vec<String> = simulator.rescue().map(ToString::to_string).into_iter().collect();
-    list.extend(simulator.warnings().iter().take(MOST_WARNINGS).map(warning_text));
-    if let Some(more @ 1..) = simulator.warnings().len().checked_sub(MOST_WARNINGS) {
-        list.push(format!("{more} more like these"));
-    }
+    list.extend(warning_texts(simulator.warnings()));
     let open = simulator.undetermined();
     list.extend(open.iter().take(MOST_WARNINGS).map(ToString::to_string));
     if let Some(more @ 1..) = open.len().checked_sub(MOST_WARNINGS) {
@@ -368,13 +365,26 @@ fn time_reached(outcome: &Result<Summary, SolveError>, options: &Options) -> f64
     }
 }
 
+/// Sentences for warnings of a run, and one for all beyond the first few.
+pub fn warning_texts(warnings: &[hyd_runtime::Warning]) -> Vec<String> {
+    let mut list: Vec<String> = warnings.iter().take(MOST_WARNINGS).map(warning_text).collect();
+    if let Some(more @ 1..) = warnings.len().checked_sub(MOST_WARNINGS) {
+        list.push(format!("{more} more like these"));
+    }
+    list
+}
+
 fn warning_text(warning: &hyd_runtime::Warning) -> String {
     let report = &warning.report;
     let further = match warning.points {
         0 | 1 => String::new(),
         points => format!(", and until t = {} s, {points} points", warning.until),
     };
-    format!("at t = {} s: {} ({}:{}){further}", warning.time, report.message, report.file, report.line)
+    let place = match report.line {
+        0 => String::new(),
+        line => format!(" ({}:{line})", report.file),
+    };
+    format!("at t = {} s: {}{place}{further}", warning.time, report.message)
 }
 
 /// Prints warnings, notes and the summary.

@@ -8,9 +8,9 @@ use hyd_run::{
     Beside, Counters, Facts, Failure, InputTable, Outcome, Ran, RunArguments, Sizes, UnitUse, options, parameters,
     record,
 };
-use hyd_runtime::{Options, SolveError, Stage, Statistics, Summary};
+use hyd_runtime::{Options, SolveError, Stage, Statistics, Summary, Warning};
 use hyd_system::given::{Given, string};
-use hyd_system::{DaeSystem, EvalFailure, InputSite, Tables};
+use hyd_system::{AssertionReport, DaeSystem, EvalFailure, InputSite, Tables};
 
 use crate::clock;
 
@@ -286,7 +286,8 @@ impl UnitRun<'_> {
             let run = system.run(&times, (count, every), sink, stop);
             let statistics = Statistics { steps: system.steps, ..Statistics::default() };
             let outcome = ended(run, system.time, &statistics, &mut lost);
-            let (warnings, methods, jumps) = Default::default();
+            let warnings = hyd_run::warning_texts(&repeated(&system.said));
+            let (methods, jumps) = Default::default();
             Ran {
                 outcome,
                 warnings,
@@ -329,6 +330,18 @@ impl UnitRun<'_> {
             None => Ok(()),
         }
     }
+}
+
+/// What a unit said, once each.
+fn repeated(said: &[(f64, AssertionReport)]) -> Vec<Warning> {
+    let mut list: Vec<Warning> = Vec::new();
+    for (time, report) in said {
+        match list.iter_mut().find(|known| known.report == *report) {
+            Some(known) => (known.until, known.points) = (*time, known.points + 1),
+            None => list.push(Warning { time: *time, until: *time, points: 1, report: report.clone() }),
+        }
+    }
+    list
 }
 
 fn ended(run: StepRun, time: f64, statistics: &Statistics, lost: &mut Option<Fault>) -> Result<Summary, SolveError> {

@@ -23,6 +23,8 @@ pub(crate) const OPERATION: usize = 32;
 pub(crate) const STATUS: usize = 33;
 /// The foreign function that runs now: its number, from 1.
 pub(crate) const CALL: usize = 34;
+/// Messages wait for being asked for.
+pub(crate) const HEARD: usize = 35;
 /// Where data begin.
 pub(crate) const DATA: usize = 40;
 

@@ -255,6 +255,8 @@ pub struct Description {
     pub outputs: Vec<usize>,
     /// Number of event indicators.
     pub indicators: usize,
+    /// Its messages have a category for warnings.
+    pub warns: bool,
     /// Connectors.
     pub terminals: Vec<Terminal>,
 }
@@ -308,9 +310,17 @@ impl Description {
             states: structure.states,
             outputs: structure.outputs,
             indicators: structure.indicators,
+            warns: root.child("LogCategories").is_some_and(|own| own.children().any(is_of_warnings)),
             terminals: Vec::new(),
         })
     }
+}
+
+/// Category of warnings, by its name in both versions.
+pub(crate) const WARNINGS: &str = "logStatusWarning";
+
+fn is_of_warnings(category: Element<'_>) -> bool {
+    category.attribute("name") == Some(WARNINGS)
 }
 
 fn version(root: Element<'_>) -> Result<Version, Fault> {

@@ -4,7 +4,7 @@ use std::ffi::CString;
 use std::sync::Arc;
 
 use hyd_system::given;
-use hyd_system::{InputError, ParameterError, Pattern, Series};
+use hyd_system::{AssertionReport, InputError, ParameterError, Pattern, Series};
 
 use crate::archive::Unit;
 use crate::colours::Colours;
@@ -81,6 +81,7 @@ impl Driver {
             states: if exchange { description.state_count() } else { 0 },
             indicators: if exchange { description.indicators } else { 0 },
             completed: interface.needs_completed_steps,
+            warns: description.warns,
             slopes: interface.interpolates && layout.inputs.iter().all(|group| group.number == Number::Float64),
             directional: interface.directional
                 && part.is_none_or(|watched| watched.derivable && is_wide(&layout.inputs)),
@@ -195,6 +196,18 @@ impl Driver {
             self.remote = self.begin.remote()?;
         }
         Ok(())
+    }
+
+    /// What the unit has said since the last question, as reports of a run.
+    pub(crate) fn reports(&mut self) -> Vec<AssertionReport> {
+        let said = self.remote.said();
+        let report = |text: String| AssertionReport {
+            message: format!("`{}` says: {text}", self.begin.file),
+            error: false,
+            file: "".into(),
+            line: 0,
+        };
+        said.into_iter().map(report).collect()
     }
 
     /// What is set before a run from `t0` (s).

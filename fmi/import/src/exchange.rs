@@ -468,7 +468,9 @@ impl DaeSystem for Exchange {
         }
     }
 
-    fn assertions(&mut self, _t: f64, _y: &[f64], _yp: &[f64], _out: &mut Vec<AssertionReport>) {}
+    fn assertions(&mut self, _t: f64, _y: &[f64], _yp: &[f64], out: &mut Vec<AssertionReport>) {
+        out.extend(self.driver.reports());
+    }
 
     fn diagnose(&mut self, t: f64, y: &[f64], _yp: &[f64]) -> Option<EvalFailure> {
         let mut rates = std::mem::take(&mut self.rates);

@@ -8,7 +8,7 @@ use std::ffi::{CStr, c_char, c_int, c_void};
 
 use libloading::Library;
 
-use crate::description::Number;
+use crate::description::{Number, WARNINGS};
 use crate::foreign::{
     Foreign, Halt, StepEnd, c_text, call, checked, continuous_calls, functions, judge, keep, messages, text_of,
 };
@@ -41,6 +41,7 @@ struct EventInfo {
 
 functions! {
     instantiate = "fmi2Instantiate": fn(*const c_char, c_int, *const c_char, *const c_char, *const Callbacks, c_int, c_int) -> Instance;
+    set_logging = "fmi2SetDebugLogging": fn(Instance, c_int, usize, *const *const c_char) -> c_int;
     free_instance = "fmi2FreeInstance": fn(Instance);
     setup_experiment = "fmi2SetupExperiment": fn(Instance, c_int, f64, f64, c_int, f64) -> c_int;
     enter_initialization = "fmi2EnterInitializationMode": fn(Instance) -> c_int;
@@ -129,6 +130,16 @@ impl Foreign for Two {
         }
         self.instance = made;
         Ok(())
+    }
+
+    fn ask_for_warnings(&mut self) {
+        let Some(function) = self.functions.set_logging else { return };
+        let category = c_text(WARNINGS);
+        let categories = [category.as_ptr()];
+        crate::foreign::announce(number::set_logging);
+        // SAFETY: the instance is one of this library, and it keeps no text of a caller.
+        let _ = unsafe { function(self.instance, 1, 1, categories.as_ptr()) };
+        crate::foreign::announce(0);
     }
 
     fn free(&mut self) {

@@ -9,7 +9,7 @@ use std::ffi::{CStr, c_char, c_int, c_void};
 
 use libloading::Library;
 
-use crate::description::Number;
+use crate::description::{Number, WARNINGS};
 use crate::foreign::{Foreign, Halt, StepEnd, c_text, call, checked, continuous_calls, functions, keep, text_of};
 use crate::protocol::{Setup, Update};
 
@@ -23,6 +23,7 @@ functions! {
     instantiate_stepping = "fmi3InstantiateCoSimulation": fn(
         *const c_char, *const c_char, *const c_char, bool, bool, bool, bool, References, usize, *mut c_void, Logger, *const c_void,
     ) -> Instance;
+    set_logging = "fmi3SetDebugLogging": fn(Instance, bool, usize, *const *const c_char) -> c_int;
     free_instance = "fmi3FreeInstance": fn(Instance);
     enter_initialization = "fmi3EnterInitializationMode": fn(Instance, bool, f64, f64, bool, f64) -> c_int;
     exit_initialization = "fmi3ExitInitializationMode": fn(Instance) -> c_int;
@@ -151,6 +152,16 @@ impl Foreign for Three {
         }
         self.instance = made;
         Ok(())
+    }
+
+    fn ask_for_warnings(&mut self) {
+        let Some(function) = self.functions.set_logging else { return };
+        let category = c_text(WARNINGS);
+        let categories = [category.as_ptr()];
+        crate::foreign::announce(number::set_logging);
+        // SAFETY: the instance is one of this library, and it keeps no text of a caller.
+        let _ = unsafe { function(self.instance, true, 1, categories.as_ptr()) };
+        crate::foreign::announce(0);
     }
 
     fn free(&mut self) {

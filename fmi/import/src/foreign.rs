@@ -3,6 +3,7 @@
 //! This and what stands on it runs in the process of the unit; for units of our own in that of the solver, several at a time.
 
 use std::ffi::{CStr, CString, c_char};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::ThreadId;
 
@@ -36,6 +37,8 @@ pub(crate) struct StepEnd {
 /// An instance of a unit.
 pub(crate) trait Foreign {
     fn instantiate(&mut self, setup: &Setup) -> Result<(), Halt>;
+    /// Wants to hear of warnings; a unit that will not go along is as silent as before.
+    fn ask_for_warnings(&mut self);
     fn free(&mut self);
     fn get(&mut self, number: Number, references: &[u32], values: &mut [f64]) -> Result<(), Halt>;
     fn set(&mut self, number: Number, references: &[u32], values: &[f64]) -> Result<(), Halt>;
@@ -64,6 +67,8 @@ pub(crate) trait Foreign {
 }
 
 static AREA: OnceLock<Arc<Area>> = OnceLock::new();
+/// There are messages.
+static WAITING: AtomicBool = AtomicBool::new(false);
 static MESSAGES: Mutex<Vec<(ThreadId, String)>> = Mutex::new(Vec::new());
 
 /// From now on the other process can see which function runs.
@@ -129,12 +134,25 @@ pub(crate) fn keep(status: i32, text: &str) {
         return;
     }
     if let Ok(mut messages) = MESSAGES.lock() {
-        if messages.len() == MOST_MESSAGES {
-            messages.remove(0);
-        }
+        let own = std::thread::current().id();
         let end = text.char_indices().nth(LONGEST_MESSAGE).map_or(text.len(), |(end, _)| end);
-        messages.push((std::thread::current().id(), text[..end].to_string()));
+        let text = &text[..end];
+        // Units repeat themselves.
+        if messages.iter().any(|(thread, known)| *thread == own && known == text) {
+            return;
+        }
+        if messages.iter().filter(|(thread, _)| *thread == own).count() == MOST_MESSAGES {
+            let first = messages.iter().position(|(thread, _)| *thread == own);
+            first.map(|first| messages.remove(first));
+        }
+        messages.push((own, text.to_string()));
+        WAITING.store(true, Ordering::Release);
     }
+}
+
+/// True if there may be messages for a question.
+pub(crate) fn has_messages() -> bool {
+    WAITING.load(Ordering::Acquire)
 }
 
 /// The messages since the last question: in the process of a unit all of them, else those of this thread.
@@ -142,7 +160,9 @@ pub(crate) fn messages() -> Vec<String> {
     let own = AREA.get().is_none().then(|| std::thread::current().id());
     let Ok(mut messages) = MESSAGES.lock() else { return Vec::new() };
     let asked = messages.extract_if(.., |(thread, _)| own.is_none_or(|own| *thread == own));
-    asked.map(|(_, text)| text).collect()
+    let texts = asked.map(|(_, text)| text).collect();
+    WAITING.store(!messages.is_empty(), Ordering::Release);
+    texts
 }
 
 /// A text that C gives; empty where there is none.

@@ -12,7 +12,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::area::{ANSWER, Area, CALL, HOST_SLEEPS, OPERATION, REQUEST, STATUS, WORKER_SLEEPS};
+use crate::area::{ANSWER, Area, CALL, HEARD, HOST_SLEEPS, OPERATION, REQUEST, STATUS, WORKER_SLEEPS};
 use crate::channel::{Channel, Reader, Socket, Woken, Writer};
 use crate::description::Version;
 use crate::fault::Fault;
@@ -112,6 +112,8 @@ pub(crate) struct Remote {
     name: String,
     version: Version,
     number: u64,
+    /// Messages wait for being asked for.
+    has_said: bool,
     /// Why the unit has no value at the point asked for last.
     pub(crate) discarded: Option<String>,
     /// Why it cannot be used any more.
@@ -136,6 +138,7 @@ impl Remote {
             name: name.to_string(),
             version: setup.version,
             number: 0,
+            has_said: false,
             discarded: None,
             fault: None,
             is_gone: false,
@@ -219,6 +222,7 @@ impl Remote {
             Place::Near(near) => perform(&near.area, Some(operation), &mut near.session) as u64,
             Place::Far(_) => self.ask_far(operation)?,
         };
+        self.has_said = self.area().get(HEARD) != 0;
         match status {
             done if done == Status::Done as u64 => Ok(Reader::new(self.area())),
             discarded if discarded == Status::Discarded as u64 => {
@@ -230,6 +234,16 @@ impl Remote {
                 Err(self.lose(&sentence))
             }
         }
+    }
+
+    /// What the unit has said since the last question; what it said where a question had no answer stands in the reason for that.
+    pub(crate) fn said(&mut self) -> Vec<String> {
+        if !self.has_said {
+            return Vec::new();
+        }
+        let Ok(mut reader) = self.ask(Operation::Said, |_| {}) else { return Vec::new() };
+        let count = reader.count();
+        (0..count).map(|_| reader.text()).collect()
     }
 
     /// Posts a request, and waits for its status.

@@ -41,17 +41,19 @@ pub(crate) enum Operation {
     Twins = 14,
     /// Point; entries of the Jacobian, where those of what is watched may have any value.
     Slopes = 15,
+    /// Nothing; how many messages, and each of them.
+    Said = 16,
 }
 
 impl Operation {
     pub(crate) fn of(number: u64) -> Option<Self> {
         use Operation::{
-            Completed, End, Event, Indicators, Jacobian, Load, Outputs, Parameters, Rates, Slopes, Start, Step, Twin,
-            Twins, Watch,
+            Completed, End, Event, Indicators, Jacobian, Load, Outputs, Parameters, Rates, Said, Slopes, Start, Step,
+            Twin, Twins, Watch,
         };
         let all = [
             Load, Start, Rates, Jacobian, Indicators, Outputs, Event, Completed, Step, Parameters, End, Watch, Twin,
-            Twins, Slopes,
+            Twins, Slopes, Said,
         ];
         all.into_iter().find(|operation| *operation as u64 == number)
     }
@@ -91,6 +93,8 @@ pub(crate) struct Setup {
     pub(crate) indicators: usize,
     /// The unit must be told of every step.
     pub(crate) completed: bool,
+    /// The unit is asked for its warnings.
+    pub(crate) warns: bool,
     /// Inputs of co-simulation come with slopes.
     pub(crate) slopes: bool,
     /// The unit has directional derivatives.
@@ -182,7 +186,7 @@ impl Setup {
 
     pub(crate) fn write(&self, writer: &mut Writer<'_>) {
         writer.number(if self.version == Version::Two { 2 } else { 3 });
-        for flag in [self.exchange, self.completed, self.slopes, self.directional] {
+        for flag in [self.exchange, self.completed, self.warns, self.slopes, self.directional] {
             writer.number(u64::from(flag));
         }
         for text in [&self.library, &self.resources, &self.token, &self.name] {
@@ -208,7 +212,7 @@ impl Setup {
             3 => Version::Three,
             _ => return None,
         };
-        let [exchange, completed, slopes, directional] = std::array::from_fn(|_| reader.number() != 0);
+        let [exchange, completed, warns, slopes, directional] = std::array::from_fn(|_| reader.number() != 0);
         let [library, resources, token, name] = std::array::from_fn(|_| reader.text());
         let (states, indicators) = (reader.count(), reader.count());
         let (state_references, rate_references) = (read_list(reader)?, read_list(reader)?);
@@ -238,6 +242,7 @@ impl Setup {
             states,
             indicators,
             completed,
+            warns,
             slopes,
             directional,
             state_references,

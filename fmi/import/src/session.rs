@@ -104,7 +104,7 @@ impl Session {
         answer: &mut Writer<'_>,
     ) -> Result<(), Halt> {
         match operation {
-            Operation::Load | Operation::End => {}
+            Operation::Load | Operation::End | Operation::Said => {}
             Operation::Start => {
                 let beginning = Beginning::read(request).ok_or_else(nonsense)?;
                 let update = self.start(&beginning)?;
@@ -185,6 +185,9 @@ impl Session {
         self.end_instance();
         self.unit.instantiate(&self.setup)?;
         self.is_instantiated = true;
+        if self.setup.warns {
+            self.unit.ask_for_warnings();
+        }
         for (group, values) in &beginning.values {
             self.unit.set(group.number, &group.references, values)?;
         }

@@ -7,7 +7,9 @@ use std::io;
 use std::sync::Arc;
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{InputError, InputSite, Instants, ParameterError, Pattern, Place, Series, Source, Tables};
+use hyd_system::{
+    AssertionReport, InputError, InputSite, Instants, ParameterError, Pattern, Place, Series, Source, Tables,
+};
 
 use crate::archive::Unit;
 use crate::driver::{Driver, tool};
@@ -57,6 +59,8 @@ pub struct Stepping {
     pub time: f64,
     /// Steps done.
     pub steps: u64,
+    /// What the unit said in the last run, and when (s).
+    pub said: Vec<(f64, AssertionReport)>,
 }
 
 impl Stepping {
@@ -81,6 +85,7 @@ impl Stepping {
             variable_step: interface.variable_step,
             time: 0.0,
             steps: 0,
+            said: Vec::new(),
             driver,
         })
     }
@@ -180,6 +185,7 @@ impl Stepping {
     ) -> Result<StepRun, StepRun> {
         let StepOptions { start, stop: end, step, tolerance } = *options;
         (self.time, self.steps) = (start, 0);
+        self.said.clear();
         (self.driver.tolerance, self.driver.stop) = (tolerance, end);
         let instants = Instants::of_run(start);
         let name = self.driver.layout.tables.model.clone();
@@ -189,6 +195,7 @@ impl Stepping {
         asked.and_then(|()| self.driver.read_parameters()).map_err(|_| self.failed())?;
         sink.begin(&self.driver.layout.tables, &self.driver.parameters).map_err(StepRun::Sink)?;
         self.row(sink)?;
+        self.listen();
         for k in 0..count {
             if stop() {
                 return Ok(StepRun::Interrupted);
@@ -200,6 +207,7 @@ impl Stepping {
             }
             let terminated = self.step(t, next)?;
             self.steps += 1;
+            self.listen();
             if terminated || k + 1 == count || (k + 1).is_multiple_of(every) {
                 self.row(sink)?;
             }
@@ -208,6 +216,12 @@ impl Stepping {
             }
         }
         Ok(StepRun::Done)
+    }
+
+    /// Takes what the unit has said.
+    fn listen(&mut self) {
+        let time = self.time;
+        self.said.extend(self.driver.reports().into_iter().map(|report| (time, report)));
     }
 
     /// One step; true if the unit ends the run.

@@ -40,7 +40,7 @@ impl Session {
         }
         while operation == Start && self.twins.list.len() <= number {
             let name = format!("{} {}", self.setup.name, self.twins.list.len() + 2);
-            self.twins.list.push(Session::load(Setup { name, ..self.setup.clone() })?);
+            self.twins.list.push(Session::load(Setup { name, warns: false, ..self.setup.clone() })?);
         }
         let twin = self.twins.list.get_mut(number).ok_or_else(nonsense)?;
         if operation != Start && !twin.is_running {

@@ -9,9 +9,9 @@ use std::sync::Arc;
 #[cfg(unix)]
 use std::time::Duration;
 
-use crate::area::{ANSWER, Area, HOST_SLEEPS, OPERATION, REQUEST, STATUS, WORKER_SLEEPS};
+use crate::area::{ANSWER, Area, HEARD, HOST_SLEEPS, OPERATION, REQUEST, STATUS, WORKER_SLEEPS};
 use crate::channel::{Channel, Reader, Socket, Woken, Writer};
-use crate::foreign::{Halt, announce_in, messages};
+use crate::foreign::{Halt, announce_in, has_messages, messages};
 use crate::protocol::{Operation, Setup, Status};
 use crate::session::Session;
 
@@ -60,9 +60,16 @@ pub(crate) fn perform(area: &Area, operation: Option<Operation>, session: &mut O
             Some(setup) => Session::load(setup).map(|loaded| *session = Some(loaded)),
             None => Err(Halt::Failed("the setup makes no sense".to_string())),
         },
+        (Some(Operation::Said), _) => {
+            let said = messages();
+            answer.number(said.len() as u64);
+            said.iter().for_each(|text| answer.text(text));
+            Ok(())
+        }
         (Some(operation), Some(session)) => session.perform(operation, &mut request, &mut answer),
         _ => Err(Halt::Failed("the request makes no sense".to_string())),
     };
+    area.set(HEARD, u64::from(has_messages()));
     match done {
         Ok(()) => Status::Done,
         Err(Halt::Discarded(call)) => {

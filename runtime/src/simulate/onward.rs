@@ -112,7 +112,7 @@ impl Onward {
             return self.before_failure(system, to);
         }
         if let Some(reached) = self.reached(to) {
-            return Ok(reached);
+            return self.judged(system, to, reached);
         }
         self.reach_to(system, to);
         let horizon = if beyond { f64::INFINITY } else { to };
@@ -138,7 +138,16 @@ impl Onward {
             Arrival::Plain(t) => self.t = t,
             Arrival::Event(found) => (self.t, self.waiting) = (found.t, Some(found)),
         }
-        Ok(self.reached(to).unwrap_or(Reached::Step(self.t)))
+        let reached = self.reached(to).unwrap_or(Reached::Step(self.t));
+        self.judged(system, to, reached)
+    }
+
+    /// What was reached, with the assertions checked there: those of a point within a step are those of an output point.
+    fn judged(&mut self, system: &mut dyn DaeSystem, to: f64, reached: Reached) -> Result<Reached, SolveError> {
+        if matches!(reached, Reached::Point) && to < self.t {
+            self.check(system, to)?;
+        }
+        Ok(reached)
     }
 
     /// A point before one at which an assertion does not hold: it is judged by the values there.
@@ -148,14 +157,22 @@ impl Onward {
         {
             return Err(SolveError::Assertion { time: self.t, report });
         }
+        self.check(system, to)?;
+        Ok(Reached::Point)
+    }
+
+    /// The assertions at a point within the last step (s).
+    fn check(&mut self, system: &mut dyn DaeSystem, at: f64) -> Result<(), SolveError> {
         self.within(system, f64::INFINITY, |simulator, run| {
             let mut point = std::mem::take(&mut simulator.point);
-            simulator.look_up(to, &mut point);
-            let found = simulator.output.assertions(run.problem, to, (&point.y, &point.yp));
+            simulator.look_up(at, &mut point);
+            let Point { y, yp } = &mut point;
+            let place = (at, simulator.integrator.step_size());
+            simulator.consistency.project(run.problem, place, &simulator.weights, y, yp);
+            let found = simulator.output.assertions(run.problem, at, (y, yp));
             simulator.point = point;
             found
-        })?;
-        Ok(Reached::Point)
+        })
     }
 
     fn reached(&self, to: f64) -> Option<Reached> {

@@ -48,6 +48,7 @@ mod unit_derivatives;
 mod unit_saved;
 mod unit_texts;
 mod unit_values;
+mod unit_warnings;
 mod units;
 mod view;
 mod written_models;

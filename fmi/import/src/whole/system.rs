@@ -186,6 +186,9 @@ impl DaeSystem for Whole {
         let n = self.sizes.unknowns;
         self.tell_text(y);
         self.text.assertions(t, &y[..n], &yp[..n], out);
+        for part in &mut self.parts {
+            part.unit.assertions(t, &y[part.x.clone()], &[], out);
+        }
     }
 
     fn diagnose(&mut self, t: f64, y: &[f64], yp: &[f64]) -> Option<EvalFailure> {
