@@ -175,6 +175,7 @@ struct Runner {
     head: Head,
     measures: Vec<Resolved>,
     places: Places,
+    options: Options,
 }
 
 impl<'a> Worker<'a> {
@@ -240,9 +241,11 @@ impl Runner {
     fn new(job: &Job<'_>, system: Box<dyn DaeSystem>, places: Places) -> Result<Self, MeasureError> {
         let simulator = Simulator::new(system.structure());
         let tables = system.tables();
-        let measures = job.measures.iter().map(|measure| measure.resolve(tables)).collect::<Result<_, _>>()?;
+        let measures = job.measures.iter().map(|measure| measure.resolve(tables)).collect::<Result<Vec<_>, _>>()?;
+        let needed = measures.iter().flat_map(Resolved::outputs).collect();
+        let options = Options { needed_within: Some(needed), ..job.options.clone() };
         let head = Head::new(tables, job.names.clone(), &job.measures, |variable, name| (job.keep)(variable, name));
-        Ok(Self { system, simulator, head, measures, places })
+        Ok(Self { system, simulator, head, measures, places, options })
     }
 
     /// One run and what was taken of it; `None` if it was stopped from outside.
@@ -255,8 +258,14 @@ impl Runner {
     ) -> io::Result<Option<(Ending, Taken)>> {
         let kept = (job.kept == Kept::Rows).then_some(rows);
         let mut recorder = Recorder::new(&self.head.columns, kept, Follower::new(&self.measures), member);
-        let Some(ending) =
-            run_one(&mut *self.system, &mut self.simulator, (job, &self.places), values, &mut recorder, halt)?
+        let Some(ending) = run_one(
+            &mut *self.system,
+            &mut self.simulator,
+            (job, &self.options, &self.places),
+            values,
+            &mut recorder,
+            halt,
+        )?
         else {
             return Ok(None);
         };
@@ -268,12 +277,12 @@ impl Runner {
 fn run_one(
     system: &mut dyn DaeSystem,
     simulator: &mut Simulator,
-    (job, places): (&Job<'_>, &Places),
+    (job, options, places): (&Job<'_>, &Options, &Places),
     values: &[f64],
     recorder: &mut Recorder<'_>,
     halt: &dyn Fn() -> bool,
 ) -> io::Result<Option<Ending>> {
-    let start = job.options.start;
+    let start = options.start;
     let refused = |message: String| Ending { status: FAILED, message, time: start, rounding: false };
     for ((name, places), &value) in job.names.iter().zip(places).zip(values) {
         for &(place, sign) in places {
@@ -285,7 +294,7 @@ fn run_one(
     if let Some(message) = (job.refuse)(system) {
         return Ok(Some(refused(message)));
     }
-    Ok(Some(match simulator.run(system, &job.options, recorder, halt) {
+    Ok(Some(match simulator.run(system, options, recorder, halt) {
         Ok(Summary { terminated: Some(message), time, .. }) => {
             Ending { status: "terminated", message, time, rounding: false }
         }

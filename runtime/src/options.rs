@@ -40,6 +40,8 @@ pub struct Options {
     /// Rows at the ends of all steps and at points within them, too, as [`hyd_results::RowKind::Within`]: enough to measure the
     /// course of variables between output points.  Not in runs with sensitivities.
     pub within_steps: bool,
+    /// Outputs (positions in a row) that the rows within steps need, all if none are named: the others cost nothing and mean nothing there.
+    pub needed_within: Option<Vec<u32>>,
     /// Rows twice at each event, before and after.
     pub event_rows: bool,
     /// Largest step (s); `None`: a fraction of the run that leaves few state events unseen.
@@ -75,6 +77,7 @@ impl Options {
             times: Vec::new(),
             every_step: false,
             within_steps: false,
+            needed_within: None,
             event_rows: true,
             max_step: None,
             initial_step: None,

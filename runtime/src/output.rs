@@ -4,7 +4,7 @@
 //! constraints hold in every row.  Event points are written twice.  Warnings are collected once each.
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, EvalFailure, Instants, Place, Source, Structure};
+use hyd_system::{AssertionReport, EvalFailure, Instants, Place, Source, Structure, Tables};
 
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
@@ -36,6 +36,8 @@ pub(crate) struct Output {
     /// The end of what the run has passed (s).
     passed: f64,
     reports: Vec<AssertionReport>,
+    /// What rows within steps need, where that is unknowns alone: positions in the row, with those among the unknowns.
+    needed: Option<Vec<(u32, u32)>>,
     /// Which of the warnings the last point belongs to.
     open: Vec<usize>,
     /// Assertions of level warning that did not hold.
@@ -56,13 +58,15 @@ impl Output {
             due: f64::NEG_INFINITY,
             passed: f64::NEG_INFINITY,
             reports: Vec::new(),
+            needed: None,
             open: Vec::new(),
             warnings: Vec::new(),
         }
     }
 
     /// Forgets the run before; each row holds `extra` derivatives behind the outputs.
-    pub(crate) fn restart(&mut self, options: &Options, extra: usize) {
+    pub(crate) fn restart(&mut self, options: &Options, tables: &Tables, extra: usize) {
+        self.needed = options.needed_within.as_ref().and_then(|needed| unknowns_of(needed, tables));
         self.row.resize(self.outputs + extra, 0.0);
         (self.next, self.due, self.points) = (1, f64::NEG_INFINITY, 0);
         self.passed = options.start;
@@ -109,7 +113,7 @@ impl Output {
         for part in 1..parts {
             let t = begin + (end - begin) * (part as f64 / parts as f64);
             self.shown(problem, sink, (options, stop), (past, consistency, weights), (t, true), None)?;
-            self.point(problem, sink, (past, consistency, weights), (t, RowKind::Within), None)?;
+            self.within(problem, sink, (past, consistency, weights), t)?;
         }
         if !options.every_step {
             self.shown(problem, sink, (options, stop), (past, consistency, weights), (end, inclusive), sensitivity)?;
@@ -117,7 +121,7 @@ impl Output {
             self.point(problem, sink, (past, consistency, weights), (end, RowKind::Normal), sensitivity)?;
         }
         if within && inclusive {
-            self.point(problem, sink, (past, consistency, weights), (end, RowKind::Within), None)?;
+            self.within(problem, sink, (past, consistency, weights), end)?;
         }
         Ok(())
     }
@@ -150,6 +154,25 @@ impl Output {
         }
         self.due = f64::INFINITY;
         Ok(())
+    }
+
+    /// A row within a step.  States are what the polynomial of the step says, so nothing is evaluated where nothing else is needed.
+    fn within(
+        &mut self,
+        problem: &mut Problem<'_>,
+        sink: &mut dyn Sink,
+        (past, consistency, weights): (&Integrator, &mut Consistency, &Weights),
+        t: f64,
+    ) -> Result<(), SolveError> {
+        let states = consistency.states();
+        let Some(needed) = self.needed.as_ref().filter(|needed| needed.iter().all(|&(_, k)| states[k as usize])) else {
+            return self.point(problem, sink, (past, consistency, weights), (t, RowKind::Within), None);
+        };
+        past.at(t, &mut self.y, &mut self.yp);
+        for &(position, k) in needed {
+            self.row[position as usize] = self.y[k as usize];
+        }
+        sink.row(t, &self.row, RowKind::Within).map_err(|error| SolveError::Sink { time: t, error })
     }
 
     /// A row at a point that the last step passed: states interpolated, everything else made consistent with them.
@@ -247,6 +270,22 @@ impl Output {
         self.open.drain(..before);
         Ok(())
     }
+}
+
+/// The unknowns that stand at these positions of the row; none if something else stands at one of them.
+fn unknowns_of(positions: &[u32], tables: &Tables) -> Option<Vec<(u32, u32)>> {
+    let mut wanted = positions.to_vec();
+    wanted.sort_unstable();
+    wanted.dedup();
+    let mut found = Vec::with_capacity(wanted.len());
+    for (&(variable, element), k) in tables.unknowns.iter().zip(0..) {
+        if let Place::Output(position) = tables.variables[variable as usize].sources[element as usize].place
+            && wanted.binary_search(&position).is_ok()
+        {
+            found.push((position, k));
+        }
+    }
+    (found.len() == wanted.len()).then_some(found)
 }
 
 /// An error where a recorded variable is not finite, as where a square root has no value: why, if the model can say, else the first such variable.

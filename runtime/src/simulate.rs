@@ -332,7 +332,8 @@ impl Simulator {
         let system = Delaying::new(system, &mut delays);
         let mut problem = Problem { system, statistics: Statistics::default(), profile, open: OpenUnknowns::default() };
         let begun = problem.now();
-        self.output.restart(options, self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs()));
+        let extra = self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs());
+        self.output.restart(options, problem.system.tables(), extra);
         let mut run = Run {
             problem: &mut problem,
             options,

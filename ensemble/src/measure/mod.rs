@@ -67,6 +67,29 @@ pub struct Resolved {
     courses: Vec<(Term<Place>, Course)>,
 }
 
+impl Resolved {
+    /// The positions in a row of outputs that it needs.
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = u32> {
+        let mut found = Vec::new();
+        self.courses.iter().for_each(|(term, _)| outputs_of(term, &mut found));
+        found.into_iter()
+    }
+}
+
+fn outputs_of(term: &Term<Place>, found: &mut Vec<u32>) {
+    match term {
+        Term::Variable(Place::Column(column)) => {
+            if let hyd_system::Place::Output(position) = column.source.place {
+                found.push(position);
+            }
+        }
+        Term::Apply(_, arguments) => arguments.iter().for_each(|argument| outputs_of(argument, found)),
+        Term::Reduce(_, inner) => outputs_of(inner, found),
+        Term::Above(sides, _) => sides.iter().for_each(|side| outputs_of(side, found)),
+        Term::Number(_) | Term::Variable(Place::Time) => {}
+    }
+}
+
 /// Where a value of a row stands.
 #[derive(Clone, PartialEq, Debug)]
 enum Place {

@@ -383,6 +383,23 @@ fn runs_are_measured_within_their_steps() {
     assert_eq!((&units["x"], &units["max(x)"], &units["when(x > 2)"]), (&"m".into(), &"m".into(), &"s".into()));
 }
 
+/// Of states alone nothing is evaluated within steps; they have the bits that they have beside other measures.
+#[test]
+fn measures_of_states_are_the_same_alone_and_beside_others() {
+    let folder = Scratch::new();
+    folder.write("m.hyd", MEASURED);
+    let asked = ["max(x)", "min(v)", "when(x < -0.5)", "rms(x - 2*v)"];
+    let measured = |result: &str, more: &[&str]| {
+        let mut arguments = vec!["sweep", "m.hyd", "--vary", "d=0.5,1,2", "--result", result];
+        asked.iter().chain(more).for_each(|text| arguments.extend(["--measure", text]));
+        let outcome = run(folder.path(), &arguments);
+        assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{}", outcome.stderr);
+        let members = Frame::read(&folder.path().join(result).join("members.parquet")).unwrap();
+        asked.map(|name| numbers(&members, name).iter().map(|value| value.to_bits()).collect::<Vec<_>>())
+    };
+    assert_eq!(measured("alone", &[]), measured("beside", &["max(der(v))", "when(late)"]));
+}
+
 /// Measures cost no rows: those that are kept are the same with and without, and the folder knows what it holds.
 #[test]
 fn measures_leave_rows_alone_and_slips_are_refused() {

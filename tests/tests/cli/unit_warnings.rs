@@ -44,7 +44,7 @@ fn a_unit_that_warns_is_heard() {
             let of = |text: &str| found.iter().filter(|(_, line)| line.contains(text)).collect::<Vec<_>>();
             let (limit, wave) = (of("beyond the limit"), of("the wave is low"));
             let says = |(_, line): &&(f64, String)| line.starts_with("`case.fmu` says: case.hyd:");
-            assert!(limit.iter().chain(&wave).all(|line| says(line)), "{version} {way:?}: {}", outcome.stderr);
+            assert!(limit.iter().chain(&wave).all(says), "{version} {way:?}: {}", outcome.stderr);
             // A unit for model exchange checks at the steps, which may pass over the low wave; one for co-simulation at communication points, too.
             let late = if way.contains(&"co-simulation") { 0.002 } else { 0.1 };
             let after = |(time, _): &(f64, String), event: f64| (event..event + late + 1e-9).contains(time);
