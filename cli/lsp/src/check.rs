@@ -72,7 +72,7 @@ pub(crate) fn check(session: &mut Session, document: &Document, watch: &mut Watc
         let Compilation { files, diagnostics, .. } = &compilation;
         let place = Some(names.classes[class].def.name.span);
         gathered.add((session, document), files, diagnostics.clone(), (place, Some(&path)));
-        known.extend(facts(&compilation, &name, &names));
+        known.extend(facts(&compilation, &name, &names, names.classes[class].def.span));
         if k == 0 && models.len() > 1 {
             (watch.first)(Checked { facts: known.clone(), ..gathered.checked(document) }, &path);
         }

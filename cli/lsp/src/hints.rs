@@ -1,12 +1,13 @@
-//! Hints in the text: units that follow for variables that declare none, values of parameters that are computed, and the variable that
-//! an equation determines.
+//! Hints in the text: units that follow for variables that declare none, values of parameters that are computed, the variable that
+//! an equation determines, and the causality of connectors: which potentials a component determines and which it is given (Cellier 1991,
+//! *Continuous System Modeling*, on bond graphs).
 //!
 //! They are what a translation of the class found, so they come with its check.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use hyd_compiler::Compilation;
-use hyd_equations::{EqId, SortedSystem, parameter_values};
+use hyd_equations::{EqId, Resolution, SortedSystem, parameter_values};
 use hyd_flat::{BlockId, EquationBlock, FlatModel, Section, Target, VarId};
 use hyd_source::Span;
 use hyd_syntax::names::{Names, Purpose};
@@ -35,10 +36,12 @@ pub(crate) enum Known {
     Value(String),
     /// What an equation determines: variables.
     Determines(String),
+    /// Potentials of a component's connectors: those that its equations determine, and those that it is given by others.
+    Causality { given: Vec<String>, taken: Vec<String> },
 }
 
 /// What a translation tells of the declarations and equations that stand in the class itself, in this file with these names.
-pub(crate) fn facts(compilation: &Compilation, file: &str, names: &Names) -> Vec<Fact> {
+pub(crate) fn facts(compilation: &Compilation, file: &str, names: &Names, class: Span) -> Vec<Fact> {
     let Some(flat) = &compilation.flat else { return Vec::new() };
     let files = &compilation.files;
     let is_here = |path: &str, span: Span| path.is_empty() && **files.name(span.file) == *file;
@@ -58,6 +61,8 @@ pub(crate) fn facts(compilation: &Compilation, file: &str, names: &Names) -> Vec
     if let Some(sorted) = compilation.sorted.as_deref() {
         values(sorted, &literals(names), &is_here, &mut found);
         determined(sorted, &is_here, &mut found);
+        let is_own = |span: Span| is_here("", span) && class.start <= span.start && span.end <= class.end;
+        causalities(sorted, &is_own, &mut found);
     }
     found.sort_by_key(|fact| fact.span);
     found.dedup();
@@ -161,6 +166,57 @@ fn determined(sorted: &SortedSystem, is_here: &dyn Fn(&str, Span) -> bool, found
     }
 }
 
+/// The equation that determines each variable, or its derivative, by itself.
+fn sources(sorted: &SortedSystem) -> HashMap<VarId, EqId> {
+    let plan = &sorted.simulation;
+    let assigned = sorted.bindings.iter().chain(plan.assignments.iter()).chain(&sorted.discrete);
+    let assigned = assigned.map(|own| (own.target, own.equation));
+    let solved = plan.blocks.iter().filter_map(|block| match (block.unknowns, block.residuals, block.assignments) {
+        ([unknown], [residual], []) => {
+            Some((plan.unknowns[*unknown as usize].target, plan.residuals[*residual as usize].equation))
+        }
+        _ => None,
+    });
+    let of_variable = |(target, equation)| match target {
+        Target::Var(v) | Target::Der(v) => Some((v, equation)),
+        _ => None,
+    };
+    assigned.chain(solved).filter_map(of_variable).collect()
+}
+
+/// For each component of the class: which of the potentials of its connectors its own equations determine.  Those that follow from several
+/// equations together are left out.
+fn causalities(sorted: &SortedSystem, is_own: &dyn Fn(Span) -> bool, found: &mut Vec<Fact>) {
+    let flat: &FlatModel = &sorted.system.flat;
+    let sources = sources(sorted);
+    let mut by_component: BTreeMap<Span, (Vec<String>, Vec<String>)> = BTreeMap::new();
+    for potential in flat.potentials.iter().filter(|potential| potential.depth == 2 && is_own(potential.declared)) {
+        let block = &flat.variables[potential.block];
+        let full = flat.var_name(block.first);
+        let mut parts = full.rsplitn(3, '.');
+        let (Some(variable), Some(connector), Some(component)) = (parts.next(), parts.next(), parts.next()) else {
+            continue;
+        };
+        if block.count != 1 || component.contains(['.', '[']) {
+            continue;
+        }
+        let kept = match sorted.system.resolution[block.first] {
+            Resolution::Own => block.first,
+            Resolution::Alias { of, .. } => of,
+            Resolution::Value(_) => continue,
+        };
+        let Some(&equation) = sources.get(&kept) else { continue };
+        let text = &flat.equations[sorted.system.equations[equation].block as usize];
+        let behind = text.origin.path.strip_prefix(component);
+        let is_inside = behind.is_some_and(|behind| behind.is_empty() || behind.starts_with('.'));
+        let (given, taken) = by_component.entry(potential.declared).or_default();
+        let list = if is_inside && !flat.is_connection(text) { given } else { taken };
+        list.push(format!("{connector}.{variable}"));
+    }
+    let facts = by_component.into_iter();
+    found.extend(facts.map(|(span, (given, taken))| Fact { span, what: Known::Causality { given, taken } }));
+}
+
 /// The names of variables, arrays by their own names where all elements are meant.
 fn named(flat: &FlatModel, targets: &[(bool, VarId)]) -> String {
     let mut names: Vec<String> = Vec::new();
@@ -180,11 +236,16 @@ fn named(flat: &FlatModel, targets: &[(bool, VarId)]) -> String {
         names.push(if is_derivative { format!("der({name})") } else { name });
         left = &left[taken..];
     }
+    listed(&names)
+}
+
+/// The first few names.
+fn listed(names: &[String]) -> String {
+    let mut shown = names.iter().take(MOST_NAMES).cloned().collect::<Vec<_>>();
     if names.len() > MOST_NAMES {
-        names.truncate(MOST_NAMES);
-        names.push("…".into());
+        shown.push("…".into());
     }
-    names.join(", ")
+    shown.join(", ")
 }
 
 /// The hints of a range of a document.
@@ -206,6 +267,13 @@ fn hint(session: &Session, document: &Document, fact: &Fact) -> InlayHint {
         }
         Known::Value(value) => (format!("= {value}"), None, "the value before the run"),
         Known::Determines(names) => (format!("→ {names}"), None, "what this equation determines"),
+        Known::Causality { given, taken } => {
+            let side =
+                |arrow: &str, names: &[String]| (!names.is_empty()).then(|| format!("{arrow} {}", listed(names)));
+            let sides: Vec<String> = [side("→", given), side("←", taken)].into_iter().flatten().collect();
+            let meaning = "potentials of its connectors: → determined by this component, ← given to it by others";
+            (sides.join(" "), None, meaning)
+        }
     };
     InlayHint {
         position,

@@ -41,3 +41,73 @@ fn values_and_determined_variables_are_told() {
         .collect();
     assert_eq!(hints, ["3 = 6", "5 = true", "6 = fast", "13 → z", "15 → w", "18 → count", "20 → p"]);
 }
+
+const CIRCUIT: &str = "connector Pin
+  Real v(unit = \"V\");
+  flow Real i(unit = \"A\");
+end Pin;
+
+model Source
+  Pin p;
+  Pin n;
+equation
+  p.v - n.v = 12*sin(time);
+  p.i + n.i = 0;
+end Source;
+
+model Resistor
+  parameter Real R(unit = \"Ohm\") = 10;
+  Pin p;
+  Pin n;
+equation
+  p.v - n.v = R*p.i;
+  p.i + n.i = 0;
+end Resistor;
+
+model Capacitor
+  Pin p;
+  Pin n;
+  Real u(start = 0, fixed = true, unit = \"V\");
+equation
+  u = p.v - n.v;
+  p.i = 1e-6*der(u);
+  p.i + n.i = 0;
+end Capacitor;
+
+model Ground
+  Pin p;
+equation
+  p.v = 0;
+end Ground;
+
+model Circuit
+  Source source;
+  Resistor r;
+  Capacitor c;
+  Ground ground;
+equation
+  connect(source.p, r.p);
+  connect(r.n, c.p);
+  connect(c.n, ground.p);
+  connect(source.n, ground.p);
+end Circuit;
+";
+
+/// The source and the capacitor hold the potentials of their pins, the resistor is given both.
+#[test]
+fn the_causality_of_connectors_is_told() {
+    let mut desk = Desk::open("causality", CIRCUIT);
+    let hints = desk.ask_all("inlayHint");
+    let hints: Vec<String> = hints
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|hint| format!("{} {}", hint["position"]["line"], hint["label"].as_str().unwrap_or_default()))
+        .filter(|hint| hint.contains("p.v") && !hint.starts_with("3 "))
+        .collect();
+    let components = CIRCUIT.lines().position(|line| line == "  Source source;").expect("a line");
+    let told = |k: usize, text: &str| format!("{} {text}", components + k);
+    let of_components: Vec<&String> =
+        hints.iter().filter(|hint| (components..components + 4).any(|k| hint.starts_with(&format!("{k} ")))).collect();
+    assert_eq!(of_components, [&told(0, "→ p.v"), &told(1, "← p.v, n.v"), &told(2, "→ p.v")], "{hints:?}");
+}
