@@ -4,7 +4,7 @@
 //! are computed at translation and need arguments that are known then.
 
 use hyd_instance::external::{Given, ObjectKind, TableFunction, draws_hidden, is_effect_only, sets_hidden_state};
-use hyd_instance::{ScalarType, Value};
+use hyd_instance::{InstId, ScalarType, Value};
 use hyd_source::{Code, Span};
 use hyd_symbolic::{BodyId, Node, NodeId, SlotId, Step};
 use hyd_syntax::tree::{Direction, Name};
@@ -16,6 +16,9 @@ use crate::state::flattener::{Flattener, KnownTable, Outputs};
 use crate::state::index::SlotKey;
 use crate::state::node::Typed;
 
+/// So many calls of functions of one text inside each other have no end.
+const SAME_TEXT: usize = 3;
+
 impl Flattener<'_, '_> {
     /// A call of an external function with the values of its inputs.
     pub(crate) fn call_external(
@@ -26,8 +29,11 @@ impl Flattener<'_, '_> {
         values: Vec<Local>,
         cx: &Context,
     ) -> Result<Outputs, Fail> {
-        // Only what its declarations say can call it again, and would do so for ever.
-        if cx.called.iter().any(|(own, _)| *own == callee.inst) {
+        // Only what its declarations say can call it again, and would do so for ever; where it inherits from a class around it, by another
+        // function of its text each time.
+        let text = self.text_of_function(callee.inst);
+        let again = cx.called.iter().filter(|(own, _)| self.text_of_function(*own) == text).count();
+        if again >= SAME_TEXT || cx.called.iter().any(|(own, _)| *own == callee.inst) {
             let message =
                 format!("the declarations of `{}`, which is an external function, call itself", callee.name());
             return Err(self.error(Code::Limit, span, message));
@@ -63,6 +69,12 @@ impl Flattener<'_, '_> {
             return Ok(vec![(output, Local::Node(Typed::real(node)))]);
         }
         self.call_at_translation(span, callee, external, &mut inner)
+    }
+
+    /// Where the text of a function begins.
+    fn text_of_function(&self, inst: InstId) -> Option<Span> {
+        let class = self.scopes.instances[inst].class?;
+        Some(self.scopes.table.class(class).def.name.span)
     }
 
     /// Outputs and variables with what their declarations give, whatever their order is; those that get nothing here are left out.
