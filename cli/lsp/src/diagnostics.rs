@@ -2,7 +2,8 @@
 
 use hyd_source::{Code, Diagnostic, Files, Proposal, Severity, Span};
 use lsp_types::{
-    DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location, NumberOrString, Range, TextEdit, Uri,
+    CodeDescription, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location, NumberOrString, Range,
+    TextEdit, Uri,
 };
 use serde_json::json;
 
@@ -63,7 +64,7 @@ pub(crate) fn item(
             Severity::Note => DiagnosticSeverity::INFORMATION,
         }),
         code: Some(NumberOrString::String(said.code.number().to_string())),
-        code_description: None,
+        code_description: session.page(said.code).map(|href| CodeDescription { href }),
         source: Some("hyd".into()),
         message,
         related_information: (!related.is_empty()).then_some(related),

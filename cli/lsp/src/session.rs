@@ -1,13 +1,14 @@
 //! What one thread works with: the documents as they were handed to it, the settings, and syntax trees kept from question to question.
 
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hyd_compiler::{Compilation, Extras, Goal, Options, compile_over};
 use hyd_instance::{ClassId, ClassTable, Trees};
 use hyd_run::read_text;
-use hyd_source::{Files, Span};
+use hyd_source::{Code, Files, Span};
 use hyd_syntax::names::{Names, Place, names};
 use hyd_syntax::print_expr;
 use hyd_syntax::tree::Expr;
@@ -49,6 +50,8 @@ pub(crate) struct Session {
     /// The open documents.
     pub(crate) documents: Documents,
     trees: Trees,
+    /// Pages on codes that have been laid down.
+    pages: RefCell<BTreeMap<Code, Option<Uri>>>,
 }
 
 /// A text with its classes, and all that can be asked of them.
@@ -64,7 +67,7 @@ pub(crate) struct Question<'q> {
 impl Session {
     /// A session over nothing.
     pub(crate) fn new(settings: Arc<Settings>) -> Self {
-        Self { settings, documents: Documents::default(), trees: Trees::new() }
+        Self { settings, documents: Documents::default(), trees: Trees::new(), pages: RefCell::default() }
     }
 
     /// Forgets all trees, as after a fault of the server whose traces may be anywhere.
@@ -162,14 +165,20 @@ impl Session {
             Some(inner) => {
                 let path = self.settings.built_in.join(inner);
                 let (_, text) = built_in_texts().find(|(own, _)| *own == inner)?;
-                // What another version of the program has laid down there is replaced.
-                if std::fs::read_to_string(&path).ok().as_deref() != Some(text) {
-                    std::fs::create_dir_all(path.parent()?).ok()?;
-                    std::fs::write(&path, text).ok()?;
-                }
+                lay_down(&path, text)?;
                 self.documents.uri(&path)
             }
         }
+    }
+
+    /// The page that explains a code, laid down for editors to open.
+    pub(crate) fn page(&self, code: Code) -> Option<Uri> {
+        let make = || {
+            let path = self.settings.built_in.join("codes").join(format!("{}.md", code.number()));
+            lay_down(&path, &format!("# {code}: {}\n\n{}\n", code.title(), code.explanation()))?;
+            self.documents.uri(&path)
+        };
+        self.pages.borrow_mut().entry(code).or_insert_with(make).clone()
     }
 
     /// The place of a stretch of text.
@@ -196,6 +205,17 @@ impl Session {
             && !path.starts_with(&self.settings.built_in)
             && (self.settings.folders.is_empty() || self.settings.folders.iter().any(|folder| path.starts_with(folder)))
     }
+}
+
+/// Writes a file that editors open, whole or not at all.  What another version of the program has laid down there is replaced.
+fn lay_down(path: &Path, text: &str) -> Option<()> {
+    if std::fs::read_to_string(path).ok().as_deref() == Some(text) {
+        return Some(());
+    }
+    std::fs::create_dir_all(path.parent()?).ok()?;
+    let beside = path.with_extension(format!("{}.part", std::process::id()));
+    std::fs::write(&beside, text).ok()?;
+    std::fs::rename(&beside, path).ok()
 }
 
 impl Question<'_> {

@@ -52,3 +52,20 @@ fn what_is_meant_can_be_written() {
         assert_eq!(edits[0]["newText"], json!(right), "{line}");
     }
 }
+
+/// A message leads to the page on its code.
+#[test]
+fn codes_lead_to_pages() {
+    let mut desk = Desk::open("pages", &TEXT.replace("HERE", "Real x = twixe(time);"));
+    let range = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } });
+    let document = json!({ "uri": address(&desk.file) });
+    let params = json!({ "textDocument": document, "range": range, "context": { "diagnostics": [] } });
+    let actions = desk.client.ask("textDocument/codeAction", params).expect("an answer");
+    let said = &actions[0]["diagnostics"][0];
+    let code = said["code"].as_str().expect("a code");
+    let href = said["codeDescription"]["href"].as_str().expect("an address");
+    assert!(href.ends_with(&format!("/built-in/codes/{code}.md")), "{href}");
+    let page =
+        std::fs::read_to_string(desk.file.with_file_name("built-in").join(format!("codes/{code}.md"))).expect("a page");
+    assert!(page.starts_with(&format!("# {code}: ")) && page.lines().count() == 3, "{page}");
+}

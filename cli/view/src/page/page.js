@@ -1,6 +1,7 @@
 // The page: what it shows at a time, and when it draws.
 
-const view = { time: 0, due: false, after: [], isPlaying: false, isSet: false };
+// `wanted`: the time that was chosen, none for the end of the run; `time`: the one that is shown, which no run is too short for.
+const view = { time: 0, wanted: null, due: false, after: [], isPlaying: false };
 
 // Names of the variables that are shown somewhere.
 function wantedNames() {
@@ -19,11 +20,12 @@ function redraw(after) {
   requestAnimationFrame(() => {
     view.due = false;
     const [from, to] = span();
-    if (!view.isSet && mainRun() && mainRun().times.length) { view.time = to; view.isSet = true; }
-    view.time = Math.min(to, Math.max(from, view.time));
+    view.time = Math.min(to, Math.max(from, view.wanted === null ? to : view.wanted));
     const slider = document.getElementById("time");
     slider.value = to > from ? Math.round((view.time - from) / (to - from) * 1000) : 0;
-    const [per, unit] = perSecond(from, to), words = "t = " + short(view.time * per) + " " + unit;
+    const [per, unit] = perSecond(from, to), isEmpty = !allRuns().some((run) => run.times.length);
+    const words = isEmpty ? "no rows" : "t = " + short(view.time * per) + " " + unit;
+    slider.disabled = document.getElementById("play").disabled = isEmpty;
     document.getElementById("now").textContent = words;
     slider.setAttribute("aria-valuetext", words);
     drawPlots();
@@ -35,7 +37,7 @@ function redraw(after) {
 }
 
 function setTime(time) {
-  view.time = time; view.isSet = true;
+  view.time = view.wanted = time;
   redraw();
 }
 

@@ -174,7 +174,9 @@ function framed(canvas, [width, height], [x0, x1], [low, high], valueUnit, over 
   pen.textAlign = "center"; pen.textBaseline = "top";
   for (const tick of ticks(x0 * per, x1 * per, Math.max(2, Math.floor(width / 90)))) {
     pen.beginPath(); pen.moveTo(px(tick / per), box.y0); pen.lineTo(px(tick / per), box.y1); pen.stroke();
-    pen.fillText(short(tick), px(tick / per), box.y1 + 4);
+    // The last one would be cut at the edge.
+    const words = short(tick), half = pen.measureText(words).width / 2 + 1;
+    pen.fillText(words, Math.min(px(tick / per), width - half), box.y1 + 4);
   }
   pen.textAlign = "right"; pen.fillText((overTime ? "time" : over) + (unit ? " / " + unit : ""), box.x1, box.y1 + 18);
   pen.textAlign = "right"; pen.fillText(prefixed, box.x0 - 6, 2);
