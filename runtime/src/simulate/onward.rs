@@ -163,16 +163,17 @@ impl Onward {
 
     /// The assertions at a point within the last step (s).
     fn check(&mut self, system: &mut dyn DaeSystem, at: f64) -> Result<(), SolveError> {
-        self.within(system, f64::INFINITY, |simulator, run| {
-            let mut point = std::mem::take(&mut simulator.point);
-            simulator.look_up(at, &mut point);
-            let Point { y, yp } = &mut point;
+        // The point of the simulator is that of an event that may wait.
+        let mut shown = std::mem::take(&mut self.shown);
+        let found = self.within(system, f64::INFINITY, |simulator, run| {
+            simulator.look_up(at, &mut shown);
+            let Point { y, yp } = &mut shown;
             let place = (at, simulator.integrator.step_size());
             simulator.consistency.project(run.problem, place, &simulator.weights, y, yp);
-            let found = simulator.output.assertions(run.problem, at, (y, yp));
-            simulator.point = point;
-            found
-        })
+            simulator.output.assertions(run.problem, at, (y, yp))
+        });
+        self.shown = shown;
+        found
     }
 
     fn reached(&self, to: f64) -> Option<Reached> {

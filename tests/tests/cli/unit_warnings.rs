@@ -16,6 +16,47 @@ equation
 end Growth;
 ";
 
+/// A ball that bounces five times, with an assertion that is checked at every communication point on the way to a bounce.
+const BALL: &str = "model Ball
+  output Real h(start = 1, fixed = true);
+  Real v(start = 0, fixed = true);
+equation
+  der(h) = v;
+  der(v) = -9.81;
+  when h < 0 then
+    reinit(v, -0.7*pre(v));
+  end when;
+  assert(h < 2, \"beyond the roof\", AssertionLevel.warning);
+  annotation(experiment(StopTime = 2, Tolerance = 1e-8));
+end Ball;
+";
+
+/// Checks between an event that is found and one that has happened leave it alone.
+#[test]
+fn checks_at_communication_points_change_nothing() {
+    // Flights last 2 e^k sqrt(2/g) with e = 0.7.
+    let (g, e) = (9.81, 0.7f64);
+    let (mut from, mut speed) = (f64::sqrt(2.0 / g), f64::sqrt(2.0 * g) * e);
+    while from + 2.0 * speed / g < 2.0 {
+        (from, speed) = (from + 2.0 * speed / g, speed * e);
+    }
+    let flown = 2.0 - from;
+    let wanted = speed * flown - 0.5 * g * flown * flown;
+    for version in ["2.0", "3.0"] {
+        let scratch = Scratch::new();
+        build(&scratch, BALL, version);
+        for step in ["0.001", "0.01", "0.5"] {
+            let arguments = ["simulate", "case.fmu", "--as", "co-simulation", "--step", step, "--result", "r.csv"];
+            let outcome = run(scratch.path(), &arguments);
+            assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{version} {step}");
+            let text = scratch.read("r.csv");
+            let column = text.lines().next().unwrap().split(',').position(|name| name.starts_with('h')).unwrap();
+            let h: f64 = text.lines().last().unwrap().split(',').nth(column).unwrap().parse().unwrap();
+            assert!((h - wanted).abs() < 1e-5, "{version} {step}: {h} and not {wanted}");
+        }
+    }
+}
+
 /// Lines of warnings with their times.
 fn warnings(stderr: &str) -> Vec<(f64, String)> {
     let lines = stderr.lines().filter_map(|line| line.strip_prefix("warning: at t = "));
