@@ -18,7 +18,6 @@ mod state;
 mod variables;
 mod verify;
 
-pub use connections::model_ends::EVERY_INPUT;
 pub use flatten::flatten;
 pub use model::{
     BlockId, ClockKind, ClockOperator, ConstId, DeclaredType, DelayBlock, DrivenBlock, EquationBlock, Experiment,
@@ -26,5 +25,6 @@ pub use model::{
     StateSelect, Target, Terminal, TextBlock, UnitClaim, VarId, VariableBlock,
 };
 pub use sections::inject::{Injection, TermShape};
+pub use state::flattener::EVERY_INPUT;
 pub use state::made::{Made, derivative_block, rate_unit};
 pub use verify::verify;

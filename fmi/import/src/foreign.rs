@@ -3,7 +3,7 @@
 //! This and what stands on it runs in the process of the unit; for units of our own in that of the solver, several at a time.
 
 use std::ffi::{CStr, CString, c_char};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::ThreadId;
 
@@ -67,6 +67,8 @@ pub(crate) trait Foreign {
 }
 
 static AREA: OnceLock<Arc<Area>> = OnceLock::new();
+/// Messages beyond those that are kept.
+static DROPPED: AtomicUsize = AtomicUsize::new(0);
 /// There are messages.
 static WAITING: AtomicBool = AtomicBool::new(false);
 static MESSAGES: Mutex<Vec<(ThreadId, String)>> = Mutex::new(Vec::new());
@@ -142,8 +144,10 @@ pub(crate) fn keep(status: i32, text: &str) {
             return;
         }
         if messages.iter().filter(|(thread, _)| *thread == own).count() == MOST_MESSAGES {
+            // The last one is the reason where a call fails.
             let first = messages.iter().position(|(thread, _)| *thread == own);
             first.map(|first| messages.remove(first));
+            DROPPED.fetch_add(1, Ordering::Relaxed);
         }
         messages.push((own, text.to_string()));
         WAITING.store(true, Ordering::Release);
@@ -160,7 +164,12 @@ pub(crate) fn messages() -> Vec<String> {
     let own = AREA.get().is_none().then(|| std::thread::current().id());
     let Ok(mut messages) = MESSAGES.lock() else { return Vec::new() };
     let asked = messages.extract_if(.., |(thread, _)| own.is_none_or(|own| *thread == own));
-    let texts = asked.map(|(_, text)| text).collect();
+    let mut texts: Vec<String> = asked.map(|(_, text)| text).collect();
+    if !texts.is_empty()
+        && let more @ 1.. = DROPPED.swap(0, Ordering::Relaxed)
+    {
+        texts.push(format!("{more} more messages"));
+    }
     WAITING.store(!messages.is_empty(), Ordering::Release);
     texts
 }

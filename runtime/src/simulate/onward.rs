@@ -166,11 +166,8 @@ impl Onward {
         // The point of the simulator is that of an event that may wait.
         let mut shown = std::mem::take(&mut self.shown);
         let found = self.within(system, f64::INFINITY, |simulator, run| {
-            simulator.look_up(at, &mut shown);
-            let Point { y, yp } = &mut shown;
-            let place = (at, simulator.integrator.step_size());
-            simulator.consistency.project(run.problem, place, &simulator.weights, y, yp);
-            simulator.output.assertions(run.problem, at, (y, yp))
+            simulator.show(run, at, &mut shown);
+            simulator.output.assertions(run.problem, at, (&shown.y, &shown.yp))
         });
         self.shown = shown;
         found
@@ -236,10 +233,8 @@ impl Onward {
     pub fn outputs(&mut self, system: &mut dyn DaeSystem, at: f64, row: &mut [f64]) -> Result<(), SolveError> {
         let mut shown = std::mem::take(&mut self.shown);
         let found = self.within(system, f64::INFINITY, |simulator, run| {
-            simulator.look_up(at, &mut shown);
-            let Point { y, yp } = &mut shown;
-            let place = (at, simulator.integrator.step_size());
-            simulator.consistency.project(run.problem, place, &simulator.weights, y, yp);
+            simulator.show(run, at, &mut shown);
+            let Point { y, yp } = &shown;
             run.problem.system.outputs(at, y, yp, row);
             check_outputs(run.problem, at, (y, yp), row)
         });
@@ -337,6 +332,13 @@ impl Onward {
 }
 
 impl Simulator {
+    /// A point within the last step (s) with consistent values, as rows have them.
+    fn show(&mut self, run: &mut Run<'_, '_>, at: f64, point: &mut Point) {
+        self.look_up(at, point);
+        let place = (at, self.integrator.step_size());
+        self.consistency.project(run.problem, place, &self.weights, &mut point.y, &mut point.yp);
+    }
+
     /// Unknowns and rates within the last step.
     fn look_up(&self, at: f64, point: &mut Point) {
         let t = self.integrator.t();

@@ -1,5 +1,7 @@
 //! Hints beside the text.
 
+use serde_json::Value;
+
 use super::desk::Desk;
 
 const TEXT: &str = "model M
@@ -27,18 +29,18 @@ equation
 end M;
 ";
 
+/// Line and label of each hint.
+fn hints(desk: &mut Desk) -> Vec<String> {
+    let hints = desk.ask_all("inlayHint");
+    let shown = |hint: &Value| format!("{} {}", hint["position"]["line"], hint["label"].as_str().unwrap_or_default());
+    hints.as_array().expect("a list").iter().map(shown).collect()
+}
+
 /// Values of parameters as a text has them, and what arrays of equations and those at events determine.
 #[test]
 fn values_and_determined_variables_are_told() {
     let mut desk = Desk::open("inlays", TEXT);
-    let hints = desk.ask_all("inlayHint");
-    let hints: Vec<String> = hints
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|hint| format!("{} {}", hint["position"]["line"], hint["label"].as_str().unwrap_or_default()))
-        .filter(|hint| !hint.contains('['))
-        .collect();
+    let hints: Vec<String> = hints(&mut desk).into_iter().filter(|hint| !hint.contains('[')).collect();
     assert_eq!(hints, ["3 = 6", "5 = true", "6 = fast", "13 → z", "15 → w", "18 → count", "20 → p"]);
 }
 
@@ -97,14 +99,8 @@ end Circuit;
 #[test]
 fn the_causality_of_connectors_is_told() {
     let mut desk = Desk::open("causality", CIRCUIT);
-    let hints = desk.ask_all("inlayHint");
-    let hints: Vec<String> = hints
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|hint| format!("{} {}", hint["position"]["line"], hint["label"].as_str().unwrap_or_default()))
-        .filter(|hint| hint.contains("p.v") && !hint.starts_with("3 "))
-        .collect();
+    let hints: Vec<String> =
+        hints(&mut desk).into_iter().filter(|hint| hint.contains("p.v") && !hint.starts_with("3 ")).collect();
     let components = CIRCUIT.lines().position(|line| line == "  Source source;").expect("a line");
     let told = |k: usize, text: &str| format!("{} {text}", components + k);
     let of_components: Vec<&String> =

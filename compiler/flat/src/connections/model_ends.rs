@@ -15,9 +15,6 @@ use crate::model::{DrivenBlock, Section, VarId};
 use crate::state::flattener::Flattener;
 use crate::state::index::{Affine, CounterId, Kind, SlotKey};
 
-/// Stands for the names of all inputs of the model itself that can follow samples, see [`crate::flatten`].
-pub const EVERY_INPUT: &str = "*";
-
 impl Flattener<'_, '_> {
     /// Makes the inputs of the model parameters, before variables are made.
     pub(crate) fn settle_inputs_of_the_model(&mut self) {
@@ -79,11 +76,6 @@ impl Flattener<'_, '_> {
             at = instances[above].parent;
         }
         at == Some(self.tree.root)
-    }
-
-    /// Whether the model becomes a unit, whose inputs are all given from outside.
-    pub(crate) fn is_for_other_tools(&self) -> bool {
-        self.driven.iter().any(|name| name == EVERY_INPUT)
     }
 
     /// Whether at least one element of an input is to be given from outside: those of type Real by their names, all others only with every

@@ -25,6 +25,9 @@ use crate::state::index::{Affine, CounterId, Cut, Slots, Window};
 use crate::state::steps::{Builder, KnownBody};
 use crate::state::unit_claim::FunctionUnits;
 
+/// Stands for the names of all inputs of the model itself that can follow samples, see [`crate::flatten`].
+pub const EVERY_INPUT: &str = "*";
+
 /// The outputs of a call in their order.
 pub(crate) type Outputs = Vec<(Name, Local)>;
 
@@ -121,6 +124,11 @@ pub(crate) struct Flattener<'t, 's> {
 impl Flattener<'_, '_> {
     pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
         self.scopes.table.report(diagnostic);
+    }
+
+    /// Whether the model becomes a unit, whose inputs are all given from outside.
+    pub(crate) fn is_for_other_tools(&self) -> bool {
+        self.driven.iter().any(|name| name == EVERY_INPUT)
     }
 
     pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) -> Fail {

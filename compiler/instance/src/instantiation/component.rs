@@ -30,7 +30,7 @@ fn is_evaluated(annotation: &Modification) -> bool {
 
 /// Deepest nesting of components.
 const MAX_DEPTH: usize = 100;
-/// Where so many instances around a component are of classes with its text, each nested in the next one out, there is no end to them.
+/// Where so many instances around a component are of classes with its text, each nested in the next one out, the row is taken to be endless.
 const SAME_TEXT: usize = 6;
 
 impl Scopes<'_> {
