@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use hyd_frames::{Cells, Frame, FrameWriter, Kind};
 use hyd_results::{Column, RowKind, Sink, WholeFile, described_columns};
-use hyd_system::{Tables, VariableInfo};
+use hyd_system::{Place, Tables, VariableInfo};
 
 use crate::Measure;
 use crate::measure::Follower;
@@ -47,6 +47,12 @@ impl Head {
             columns: described.into_iter().map(|(column, _)| column).collect(),
             varied,
         }
+    }
+
+    /// Where the columns stand in a row.
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = u32> {
+        let place = |column: &Column| if let Place::Output(k) = column.source.place { Some(k) } else { None };
+        self.columns.iter().filter_map(place)
     }
 
     /// Metadata of a file with these columns: the model, and units by name.

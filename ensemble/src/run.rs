@@ -242,9 +242,11 @@ impl Runner {
         let simulator = Simulator::new(system.structure());
         let tables = system.tables();
         let measures = job.measures.iter().map(|measure| measure.resolve(tables)).collect::<Result<Vec<_>, _>>()?;
-        let needed = measures.iter().flat_map(Resolved::outputs).collect();
-        let options = Options { needed_within: Some(needed), ..job.options.clone() };
         let head = Head::new(tables, job.names.clone(), &job.measures, |variable, name| (job.keep)(variable, name));
+        let measured: Vec<u32> = measures.iter().flat_map(Resolved::outputs).collect();
+        let recorded = head.outputs().chain(measured.iter().copied()).collect();
+        let (needed_outputs, needed_within) = (Some(recorded), Some(measured));
+        let options = Options { needed_outputs, needed_within, ..job.options.clone() };
         Ok(Self { system, simulator, head, measures, places, options })
     }
 

@@ -183,7 +183,8 @@ impl<S: DaeSystem> ModelFunction<S> {
             Place::Output(k) => Some(k),
             Place::Parameter(_) | Place::Constant(_) => None,
         };
-        let read = sources.iter().filter_map(read).collect();
+        let read: Vec<u32> = sources.iter().filter_map(read).collect();
+        let plain = Options { needed_outputs: Some(read.clone()), ..plain };
         let derived = Options { sensitivity: names.clone(), derived_outputs: Some(read), ..plain.clone() };
         let (row, parameters) = (system.structure().outputs, system.parameters().len());
         let response = Response { outputs: sources.len(), parameters: names.len(), ..Response::default() };

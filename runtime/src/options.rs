@@ -40,7 +40,10 @@ pub struct Options {
     /// Rows at the ends of all steps and at points within them, too, as [`hyd_results::RowKind::Within`]: enough to measure the
     /// course of variables between output points.  Not in runs with sensitivities.
     pub within_steps: bool,
-    /// Outputs (positions in a row) that the rows within steps need, all if none are named: the others cost nothing and mean nothing there.
+    /// Outputs (positions in a row) that rows at output points need, all if none are named: the others are evaluated, and found to be finite,
+    /// at the start, at events, at the end and now and then, and mean nothing in other rows.  Not in runs with sensitivities.
+    pub needed_outputs: Option<Vec<u32>>,
+    /// The same for rows within steps: the others cost nothing and mean nothing there.
     pub needed_within: Option<Vec<u32>>,
     /// Rows twice at each event, before and after.
     pub event_rows: bool,
@@ -77,6 +80,7 @@ impl Options {
             times: Vec::new(),
             every_step: false,
             within_steps: false,
+            needed_outputs: None,
             needed_within: None,
             event_rows: true,
             max_step: None,

@@ -4,8 +4,9 @@
 //! constraints hold in every row.  Event points are written twice.  Warnings are collected once each.
 
 use hyd_results::{RowKind, Sink};
-use hyd_system::{AssertionReport, EvalFailure, Instants, Place, Source, Structure, Tables};
+use hyd_system::{AssertionReport, EvalFailure, Excerpt, Instants, Place, Source, Structure, Tables};
 
+use crate::delay::Delaying;
 use crate::error::{SolveError, Stage};
 use crate::initial::consistent::Consistency;
 use crate::integrator::Integrator;
@@ -20,6 +21,37 @@ const ROWS_BETWEEN_QUESTIONS: usize = 1000;
 
 /// Warnings that are kept apart; the last one takes the points of all further ones.
 const MOST_WARNINGS: usize = 1000;
+
+/// Outputs that rows need, which a system evaluates without the others.
+#[derive(Clone)]
+struct Needed {
+    /// Positions in a row, in ascending order.
+    outputs: Vec<u32>,
+    /// What evaluates them.
+    excerpt: Excerpt,
+}
+
+impl Needed {
+    /// None where the system evaluates all of them anyway.
+    fn new(outputs: &[u32], system: &mut Delaying<'_>) -> Option<Self> {
+        let mut outputs = outputs.to_vec();
+        outputs.sort_unstable();
+        outputs.dedup();
+        let excerpt = system.find_excerpt(&outputs)?;
+        Some(Self { outputs, excerpt })
+    }
+
+    /// They follow from states, the time and what is constant within a step.
+    fn is_of_states(&self, states: &[bool]) -> bool {
+        !self.excerpt.rates && self.excerpt.unknowns.iter().all(|&k| states[k as usize])
+    }
+
+    /// Evaluates them; false if one is not finite.
+    fn evaluate(&self, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64]), row: &mut [f64]) -> bool {
+        problem.system.excerpt(self.excerpt.number, t, y, yp, row);
+        self.outputs.iter().all(|&k| row[k as usize].is_finite())
+    }
+}
 
 /// Writes the rows of one run.
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
@@ -36,8 +68,16 @@ pub(crate) struct Output {
     /// The end of what the run has passed (s).
     passed: f64,
     reports: Vec<AssertionReport>,
-    /// What rows within steps need, where that is unknowns alone: positions in the row, with those among the unknowns.
-    needed: Option<Vec<(u32, u32)>>,
+    /// The end of the run (s), where all outputs are evaluated.
+    stop: f64,
+    /// What rows at output points need, if not everything; numbers of excerpts hold for one system.
+    #[serde(skip)]
+    needed: Option<Needed>,
+    /// What rows within steps need, if not everything.
+    #[serde(skip)]
+    needed_within: Option<Needed>,
+    /// The same where that is unknowns alone: positions in the row, with those among the unknowns.
+    states_within: Option<Vec<(u32, u32)>>,
     /// Which of the warnings the last point belongs to.
     open: Vec<usize>,
     /// Assertions of level warning that did not hold.
@@ -58,15 +98,24 @@ impl Output {
             due: f64::NEG_INFINITY,
             passed: f64::NEG_INFINITY,
             reports: Vec::new(),
+            stop: f64::INFINITY,
             needed: None,
+            needed_within: None,
+            states_within: None,
             open: Vec::new(),
             warnings: Vec::new(),
         }
     }
 
     /// Forgets the run before; each row holds `extra` derivatives behind the outputs.
-    pub(crate) fn restart(&mut self, options: &Options, tables: &Tables, extra: usize) {
-        self.needed = options.needed_within.as_ref().and_then(|needed| unknowns_of(needed, tables));
+    pub(crate) fn restart(&mut self, options: &Options, system: &mut Delaying<'_>, extra: usize) {
+        self.states_within = options.needed_within.as_ref().and_then(|needed| unknowns_of(needed, system.tables()));
+        self.needed = options.needed_outputs.as_deref().and_then(|needed| Needed::new(needed, system));
+        self.needed_within = match self.states_within {
+            Some(_) => None,
+            None => options.needed_within.as_deref().and_then(|needed| Needed::new(needed, system)),
+        };
+        self.stop = options.stop;
         self.row.resize(self.outputs + extra, 0.0);
         (self.next, self.due, self.points) = (1, f64::NEG_INFINITY, 0);
         self.passed = options.start;
@@ -94,6 +143,25 @@ impl Output {
         }
         check_outputs(problem, t, (y, yp), &self.row[..self.outputs])?;
         sink.row(t, &self.row, kind).map_err(|error| SolveError::Sink { time: t, error })
+    }
+
+    /// One row, with the outputs alone that are needed in it unless it is to be `whole`, or one of them is not finite.
+    fn needed_row(
+        &mut self,
+        problem: &mut Problem<'_>,
+        sink: &mut dyn Sink,
+        (t, kind): (f64, RowKind),
+        (y, yp): (&[f64], &[f64]),
+        whole: bool,
+    ) -> Result<(), SolveError> {
+        let needed = if kind == RowKind::Within { &self.needed_within } else { &self.needed };
+        if let Some(needed) = needed.as_ref().filter(|_| !whole)
+            && needed.evaluate(problem, t, (y, yp), &mut self.row)
+        {
+            self.passed = self.passed.max(t);
+            return sink.row(t, &self.row, kind).map_err(|error| SolveError::Sink { time: t, error });
+        }
+        self.row(problem, sink, t, (y, yp), kind, None)
     }
 
     /// The output points up to `end` (s) that the last step passed; those at `end` itself only if `inclusive`, else they are
@@ -165,7 +233,14 @@ impl Output {
         t: f64,
     ) -> Result<(), SolveError> {
         let states = consistency.states();
-        let Some(needed) = self.needed.as_ref().filter(|needed| needed.iter().all(|&(_, k)| states[k as usize])) else {
+        if let Some(needed) = self.needed_within.as_ref().filter(|needed| needed.is_of_states(states)) {
+            past.at(t, &mut self.y, &mut self.yp);
+            if needed.evaluate(problem, t, (&self.y, &self.yp), &mut self.row) {
+                return sink.row(t, &self.row, RowKind::Within).map_err(|error| SolveError::Sink { time: t, error });
+            }
+        }
+        let Some(needed) = self.states_within.as_ref().filter(|needed| needed.iter().all(|&(_, k)| states[k as usize]))
+        else {
             return self.point(problem, sink, (past, consistency, weights), (t, RowKind::Within), None);
         };
         past.at(t, &mut self.y, &mut self.yp);
@@ -197,9 +272,16 @@ impl Output {
                 sensitivity.wait(t, (&y, &yp));
                 Ok(())
             }
-            None => self.row(problem, sink, t, (&y, &yp), kind, None),
+            None => {
+                let whole = kind == RowKind::Normal && (self.points.is_power_of_two() || t >= self.stop);
+                self.needed_row(problem, sink, (t, kind), (&y, &yp), whole)
+            }
         });
-        let result = written.and_then(|()| self.assertions(problem, t, (&y, &yp)));
+        let result = match kind {
+            // Not every row within a step comes by here, so none is what assertions are checked at.
+            RowKind::Within => written,
+            _ => written.and_then(|()| self.assertions(problem, t, (&y, &yp))),
+        };
         // Whatever the result, the next run finds its room.
         (self.y, self.yp) = (y, yp);
         result

@@ -333,7 +333,7 @@ impl Simulator {
         let mut problem = Problem { system, statistics: Statistics::default(), profile, open: OpenUnknowns::default() };
         let begun = problem.now();
         let extra = self.sensitivity.as_ref().map_or(0, |s| s.extra_outputs());
-        self.output.restart(options, problem.system.tables(), extra);
+        self.output.restart(options, &mut problem.system, extra);
         let mut run = Run {
             problem: &mut problem,
             options,

@@ -9,9 +9,9 @@ use std::sync::Arc;
 
 use hyd_frames::{RunStream, is_parquet};
 use hyd_payload::Experiment;
-use hyd_results::{Format, ResultFile, Sink, Tee};
+use hyd_results::{Column, Format, ResultFile, Sink, Tee, columns};
 use hyd_runtime::{Options, Rescue, Simulator, SolveError, Summary};
-use hyd_system::{DaeSystem, Structure, Tables, VariableInfo};
+use hyd_system::{DaeSystem, Place, Structure, Tables, VariableInfo};
 
 use crate::arguments::{MessageFormat, RunArguments, Solver};
 use crate::recorder::Recorder;
@@ -27,6 +27,8 @@ const MOST_JUMPS: usize = 5;
 const LARGE: f64 = 1e30;
 /// From so many rows on a run says that they are many.
 const MANY_ROWS: usize = 5_000_000;
+/// Values of a run from which on code for a part of them, half a millisecond, is worth making.
+const WORTH_CODE: usize = 200_000;
 /// Warnings that are reported one by one.
 const MOST_WARNINGS: usize = 20;
 
@@ -127,6 +129,11 @@ pub fn simulate(
         states: structure.differential.iter().filter(|&&state| state).count(),
         unknowns: structure.unknowns,
     };
+    let (needed, derived) = match beside.into {
+        None => needed_outputs(arguments, options, (&sizes.tables, structure.outputs))?,
+        Some(_) => (None, None),
+    };
+    let options = &Options { needed_outputs: needed, derived_outputs: derived, ..options.clone() };
     record(&sizes, arguments, options, facts, beside, &mut |sink, stop| {
         let mut simulator = Simulator::new(system.structure());
         if arguments.profile {
@@ -311,6 +318,30 @@ fn shown(arguments: &RunArguments, selection: &Selection, tables: &Tables, drawn
         return Err(Failure::Usage(format!("{count} variables match, and a picture holds {MOST_CURVES} curves")));
     }
     Ok(shown)
+}
+
+/// The outputs that rows need, and those whose derivatives they need, where `--variables` leaves others out.
+fn needed_outputs(
+    arguments: &RunArguments,
+    options: &Options,
+    (tables, outputs): (&Tables, usize),
+) -> Result<(Option<Vec<u32>>, Option<Vec<u32>>), Failure> {
+    let rows = if options.every_step { usize::MAX } else { options.intervals };
+    let is_much = rows.saturating_mul(outputs) >= WORTH_CODE;
+    if arguments.variables.is_none() || (options.sensitivity.is_empty() && !is_much) {
+        return Ok((None, None));
+    }
+    let selection = Selection::new(arguments.variables.as_deref())?;
+    let of = |keep: &dyn Fn(&str) -> bool| {
+        let kept = columns(tables, |_, name| keep(name));
+        let place = |column: &Column| if let Place::Output(k) = column.source.place { Some(k) } else { None };
+        kept.iter().filter_map(place).collect::<Vec<u32>>()
+    };
+    if options.sensitivity.is_empty() {
+        return Ok((Some(of(&|name| selection.matches(name))), None));
+    }
+    let by = |name: &str| options.sensitivity.iter().any(|p| selection.matches(&format!("d({name})/d({p})")));
+    Ok((None, Some(of(&by))))
 }
 
 /// Opens the file of `--result` in the format of its name.

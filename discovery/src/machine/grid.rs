@@ -70,6 +70,12 @@ impl Grid {
         }
     }
 
+    /// The outputs (positions in a row) that channels show.
+    pub(crate) fn outputs(&self) -> Vec<u32> {
+        let place = |source: &Source| if let Place::Output(k) = source.place { Some(k) } else { None };
+        self.sources.iter().filter_map(place).collect()
+    }
+
     /// Before a run over this span, in which the derivatives by so many parameters follow the values.
     pub(crate) fn prepare(&mut self, span: &Span, derived: usize) {
         (self.span, self.derived) = (span.clone(), derived);

@@ -377,6 +377,7 @@ impl Machine {
         options.suppress_algebraic = waves;
         options.intervals = span.intervals;
         options.sensitivity = derived.iter().map(|&place| places[place].name.clone()).collect();
+        (options.needed_outputs, options.derived_outputs) = (Some(grid.outputs()), Some(grid.outputs()));
         grid.prepare(span, derived.len());
         options.max_steps = MOST_STEPS.0.max(MOST_STEPS.1 * span.intervals as u64);
         let ended = simulator.run(system, &options, grid, &|| self.watch.stopped());

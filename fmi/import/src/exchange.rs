@@ -11,9 +11,9 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Homotopy, InitialStructure, InputError,
-    Inputs, Instants, ParameterError, Pattern, Series, StateChoices, Steps, Structure, Switches, Tables, Tangents,
-    TimeEvent, TornLoops,
+    AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Excerpt, Homotopy, InitialStructure,
+    InputError, Inputs, Instants, ParameterError, Pattern, Series, StateChoices, Steps, Structure, Switches, Tables,
+    Tangents, TimeEvent, TornLoops,
 };
 
 use crate::archive::Unit;
@@ -466,6 +466,14 @@ impl DaeSystem for Exchange {
             Ok(mut reader) => reader.reals(out),
             Err(_) => out.fill(f64::NAN),
         }
+    }
+
+    fn find_excerpt(&mut self, _wanted: &[u32]) -> Option<Excerpt> {
+        None
+    }
+
+    fn excerpt(&mut self, _number: usize, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        self.outputs(t, y, yp, out);
     }
 
     fn assertions(&mut self, _t: f64, _y: &[f64], _yp: &[f64], out: &mut Vec<AssertionReport>) {

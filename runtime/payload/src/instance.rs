@@ -3,7 +3,7 @@
 //! Time and the `initial()` flag are written, then a routine runs; vectors of the solver are passed to the code as they are.  Nothing
 //! is allocated between `bind` and the end of a run, except for messages.  What the solver asks for beyond routines stands in files
 //! of its own, each an `impl Instance` that calls only what stands here: `start`, `events`, `timed`, `ahead`, `input`, `delay`,
-//! `backward_error`, `diagnose`; `system` puts them together.
+//! `backward_error`, `diagnose`, `excerpt`; `system` puts them together.
 
 use std::sync::Arc;
 
@@ -11,6 +11,7 @@ use hyd_system::{AssertionReport, EvalFailure, ParameterError, ValueKind};
 
 use crate::clock::Clock;
 use crate::engine::Engine;
+use crate::excerpt::ExcerptCode;
 use crate::follower::Follower;
 use crate::loaded::Loaded;
 use crate::memory::Memory;
@@ -28,6 +29,8 @@ pub struct Instance {
     pub(crate) memory: Own,
     /// Present once directions are set.
     pub(crate) tangents: Option<Box<TangentMemory>>,
+    /// The excerpts of outputs that were asked for, by their numbers, with work space of the interpreter.
+    pub(crate) excerpts: Vec<(Arc<ExcerptCode>, Registers)>,
 }
 
 /// Memory of one instance.
@@ -117,7 +120,7 @@ impl Instance {
             failed: Vec::new(),
             inputs: vec![Follower::default(); loaded.model.structure.inputs.len()],
         };
-        let mut instance = Self { loaded, memory, tangents: None };
+        let mut instance = Self { loaded, memory, tangents: None, excerpts: Vec::new() };
         for k in 0..instance.loaded.model.parameters.preset.len() {
             let (index, value) = instance.loaded.model.parameters.preset[k];
             // What the compiler has checked is settable; a value that is not changes nothing.

@@ -22,6 +22,7 @@ mod diagnose;
 mod enclose;
 mod engine;
 mod events;
+mod excerpt;
 pub mod executable;
 mod follower;
 pub mod format;
@@ -49,6 +50,7 @@ pub mod vm;
 
 pub use codec::Damage;
 pub use engine::{Backend, Engine};
+pub use excerpt::CodeSource;
 pub use functions::{POWERS, SINES_AND_COSINES, position as function_position};
 pub use instance::{Instance, Point};
 pub use loaded::Loaded;

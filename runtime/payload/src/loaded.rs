@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::engine::{Backend, Engine};
+use crate::excerpt::{CodeSource, Excerpts};
 use crate::model::Model;
 use crate::tangent::{Derivatives, TangentSource};
 
@@ -15,6 +16,8 @@ pub struct Loaded {
     pub engine: Engine,
     /// Where its tangents come from.
     pub(crate) derivatives: Derivatives,
+    /// What evaluates some outputs without the others.
+    pub(crate) excerpts: Excerpts,
 }
 
 impl Loaded {
@@ -26,16 +29,17 @@ impl Loaded {
         Self::with(model, backend, None)
     }
 
-    /// The same with tangents that are made when they are first asked for.
+    /// The same with tangents, and code for some outputs without the others, that are made when they are first asked for.
     ///
     /// # Errors
     /// As for [`Loaded::new`].
-    pub fn with_source(model: Model, backend: Backend, source: Arc<dyn TangentSource>) -> Result<Self, String> {
+    pub fn with_source(model: Model, backend: Backend, source: Arc<dyn CodeSource>) -> Result<Self, String> {
         Self::with(model, backend, Some(source))
     }
 
-    fn with(model: Model, backend: Backend, source: Option<Arc<dyn TangentSource>>) -> Result<Self, String> {
+    fn with(model: Model, backend: Backend, source: Option<Arc<dyn CodeSource>>) -> Result<Self, String> {
         let engine = Engine::new(model.code.clone(), model.program.clone(), backend)?;
-        Ok(Self { model, engine, derivatives: Derivatives::new(source, backend) })
+        let tangents = source.clone().map(|source| source as Arc<dyn TangentSource>);
+        Ok(Self { model, engine, derivatives: Derivatives::new(tangents, backend), excerpts: Excerpts::new(source) })
     }
 }

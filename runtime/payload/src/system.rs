@@ -5,9 +5,9 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Homotopy, InputError, Inputs, LoopError,
-    ParameterError, Series, StateChoice, StateChoices, Steps, Structure, Switches, Tables, Tangents, TimeEvent,
-    TornLoops,
+    AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Excerpt, Homotopy, InputError, Inputs,
+    LoopError, ParameterError, Series, StateChoice, StateChoices, Steps, Structure, Switches, Tables, Tangents,
+    TimeEvent, TornLoops,
 };
 
 use crate::clock::Clock;
@@ -138,6 +138,15 @@ impl DaeSystem for Instance {
     fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.set_time(t, false);
         self.output_row(Point { unknown: y, rate: yp }, out);
+    }
+
+    fn find_excerpt(&mut self, wanted: &[u32]) -> Option<Excerpt> {
+        Instance::find_excerpt(self, wanted)
+    }
+
+    fn excerpt(&mut self, number: usize, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        self.set_time(t, false);
+        self.fill_excerpt(number, Point { unknown: y, rate: yp }, out);
     }
 
     fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {

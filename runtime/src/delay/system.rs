@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, Instants, LoopError, StateChoice, Structure,
-    Tables, TimeEvent,
+    AssertionReport, DaeSystem, EvalFailure, EventChange, EventPhase, Excerpt, Instants, LoopError, StateChoice,
+    Structure, Tables, TimeEvent,
 };
 
 use super::{DelayWork, SHORTEST_PART};
@@ -362,6 +362,18 @@ impl Delaying<'_> {
     pub(crate) fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
         self.prepare(t, y, yp);
         self.inner.outputs(t, y, yp, out);
+    }
+
+    pub(crate) fn find_excerpt(&mut self, wanted: &[u32]) -> Option<Excerpt> {
+        let excerpt = self.inner.find_excerpt(wanted)?;
+        // What is read of the past may depend on everything.
+        let rates = excerpt.rates || self.inner.delays().is_some();
+        Some(Excerpt { rates, ..excerpt })
+    }
+
+    pub(crate) fn excerpt(&mut self, number: usize, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        self.prepare(t, y, yp);
+        self.inner.excerpt(number, t, y, yp, out);
     }
 
     pub(crate) fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {

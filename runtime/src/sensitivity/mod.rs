@@ -97,6 +97,8 @@ struct Solution {
 
 /// What is written: derivatives of outputs and of parameters, and parameters with their derivatives behind.
 struct Rows {
+    /// Outputs whose derivatives are looked at, if not all; the others mean nothing.
+    wanted: Option<Vec<u32>>,
     row: Vec<f64>,
     parameters: Vec<f64>,
     extended: Vec<f64>,
@@ -142,6 +144,9 @@ impl Sensitivity {
             }
         })?;
         tangents.select_outputs(wanted);
+        if made.rows.wanted.as_deref() != wanted {
+            made.rows.wanted = wanted.map(<[u32]>::to_vec);
+        }
         Ok(made)
     }
 
@@ -171,6 +176,7 @@ impl Sensitivity {
             event: EventWork { base: block(), roots: vec![0.0; structure.roots * width], y_before: vec![0.0; n] },
             solution: Solution { rhs: block(), z: vec![0.0; structure.initial.unknowns * width] },
             rows: Rows {
+                wanted: None,
                 row: vec![0.0; structure.outputs * width],
                 parameters: vec![0.0; parameters * width],
                 extended: Vec::new(),
@@ -399,8 +405,14 @@ impl Sensitivity {
     pub(crate) fn outputs(&mut self, problem: &mut Problem<'_>, t: f64, (y, yp): (&[f64], &[f64]), out: &mut [f64]) {
         let along = self.at.along();
         problem.system.outputs_tangent(t, y, yp, along, &mut self.rows.row);
-        for (target, block) in out.chunks_exact_mut(self.width - 1).zip(self.rows.row.chunks_exact(self.width)) {
-            target.copy_from_slice(&block[..self.width - 1]);
+        let (row, width) = (&self.rows.row, self.width);
+        let mut write = |k: usize| {
+            let (target, block) = (k * (width - 1)..(k + 1) * (width - 1), k * width..(k + 1) * width - 1);
+            out[target].copy_from_slice(&row[block]);
+        };
+        match &self.rows.wanted {
+            Some(wanted) => wanted.iter().for_each(|&k| write(k as usize)),
+            None => (0..self.outputs).for_each(write),
         }
     }
 }

@@ -95,7 +95,9 @@ impl Onward {
         self.simulator.jumps.clear();
         self.simulator.statistics = Statistics::default();
         self.simulator.delays.restart(self.options.tolerance);
-        self.simulator.output.restart(&self.options, system.tables(), 0);
+        let mut delays = std::mem::take(&mut self.simulator.delays);
+        self.simulator.output.restart(&self.options, &mut Delaying::new(system, &mut delays), 0);
+        self.simulator.delays = delays;
         let never = Progress { time_event: f64::INFINITY, ..Progress::default() };
         self.progress = Progress { last_event: start, unchanged_until: start, ..never };
         (self.t, self.waiting, self.stall) = (start, None, Stall::new(start));

@@ -114,6 +114,17 @@ pub struct InitialStructure {
     pub pattern: Pattern,
 }
 
+/// Outputs that can be evaluated without the others.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Excerpt {
+    /// For [`DaeSystem::excerpt`].
+    pub number: usize,
+    /// Which unknowns are read for them.
+    pub unknowns: Vec<u32>,
+    /// Derivatives of unknowns are read, too.
+    pub rates: bool,
+}
+
 /// What came of judging a choice of states, see [`StateChoices::choose_states`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct StateChoice {
@@ -361,6 +372,13 @@ pub trait DaeSystem: Send {
 
     /// All recorded variables at a point, in the order that `Tables` says.
     fn outputs(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
+
+    /// Prepares to evaluate some outputs (positions in a row, in ascending order) without the others; the number holds as long as the
+    /// system does.  None where that would save nothing.
+    fn find_excerpt(&mut self, wanted: &[u32]) -> Option<Excerpt>;
+
+    /// The outputs of an excerpt at a point, to their positions in a row, with the bits of [`DaeSystem::outputs`]; the others are left as they are.
+    fn excerpt(&mut self, number: usize, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]);
 
     /// Appends the assertions that do not hold at this point.
     fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>);

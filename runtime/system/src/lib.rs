@@ -26,7 +26,7 @@ mod tangents;
 mod text;
 
 pub use dae::{
-    AssertionReport, CheckKind, Contradicted, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase,
+    AssertionReport, CheckKind, Contradicted, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, Excerpt,
     InitialStructure, InputError, InputSite, LoopError, ParameterError, Pattern, Reading, StateChoice, Structure,
     TimeEvent, UNSET,
 };

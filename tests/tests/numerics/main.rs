@@ -10,6 +10,7 @@ mod constraints;
 mod delay_sensitivities;
 mod derivatives;
 mod echo;
+mod excerpts;
 mod injection;
 mod inputs;
 mod linearize;

@@ -9,12 +9,14 @@ mod sweep;
 
 use std::sync::Arc;
 
+use hyd_payload::program::Program;
 use hyd_payload::tangent::{SweepModel, TangentModel, TangentSource};
-use hyd_payload::{Backend, Model};
+use hyd_payload::{Backend, Code, CodeSource, Model};
 
+use crate::engine;
 use crate::lower::Lowered;
 
-/// Makes tangents when they are asked for.
+/// Makes tangents, and code of further programs, when they are asked for.
 #[derive(Debug)]
 pub(crate) struct Source {
     /// What is differentiated.
@@ -32,6 +34,12 @@ impl TangentSource for Source {
 
     fn sweep(&self, reached: &[bool]) -> Option<SweepModel> {
         sweep::sweep(&self.lowered, reached, self.backend)
+    }
+}
+
+impl CodeSource for Source {
+    fn code(&self, program: &Program) -> Option<Arc<Code>> {
+        engine::code(program, self.backend).ok().flatten()
     }
 }
 

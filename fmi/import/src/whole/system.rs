@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use hyd_system::{
-    AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Homotopy, InputError, Inputs,
+    AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Excerpt, Homotopy, InputError, Inputs,
     ParameterError, Series, StateChoice, StateChoices, Steps, Structure, Switches, Tables, Tangents, TimeEvent,
     TornLoops,
 };
@@ -180,6 +180,14 @@ impl DaeSystem for Whole {
         }
         self.text.outputs(t, &y[..n], &yp[..n], &mut out[..row]);
         out[row..].copy_from_slice(&y[n..self.sizes.first]);
+    }
+
+    fn find_excerpt(&mut self, _wanted: &[u32]) -> Option<Excerpt> {
+        None
+    }
+
+    fn excerpt(&mut self, _number: usize, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        self.outputs(t, y, yp, out);
     }
 
     fn assertions(&mut self, t: f64, y: &[f64], yp: &[f64], out: &mut Vec<AssertionReport>) {

@@ -169,6 +169,17 @@ impl TangentMemory {
         self.blocks[start..start + values.len()].copy_from_slice(values);
     }
 
+    /// Reads the blocks of wanted outputs, the first of which stands at a position.
+    pub(super) fn get_wanted(&self, first: u32, out: &mut [f64]) {
+        let Some(wanted) = &self.wanted else { return self.get(first, out) };
+        let (start, width) = (first as usize * self.width, self.width);
+        for block in wanted.iter().map(|&k| k as usize * width..(k as usize + 1) * width) {
+            if let Some(out) = out.get_mut(block.clone()) {
+                out.copy_from_slice(&self.blocks[start + block.start..start + block.end]);
+            }
+        }
+    }
+
     /// Reads blocks from a position on.
     pub(super) fn get(&self, first: u32, out: &mut [f64]) {
         let start = first as usize * self.width;

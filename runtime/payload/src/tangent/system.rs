@@ -346,7 +346,7 @@ impl Tangents for Instance {
         let width = tangents.width;
         let row = &self.loaded.model.row;
         let (assigned, rest) = out.split_at_mut(row.assigned as usize * width);
-        tangents.get(tangents.spaces().start(Area::Work, false), assigned);
+        tangents.get_wanted(tangents.spaces().start(Area::Work, false), assigned);
         let (unknowns, rest) = rest.split_at_mut(along.y.len());
         unknowns.copy_from_slice(along.y);
         let (rates, discrete) = rest.split_at_mut(row.states.len() * width);

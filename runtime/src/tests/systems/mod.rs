@@ -217,6 +217,12 @@ impl<M: Model> DaeSystem for Hand<M> {
             *slot = value;
         }
     }
+    fn find_excerpt(&mut self, _wanted: &[u32]) -> Option<Excerpt> {
+        None
+    }
+    fn excerpt(&mut self, _number: usize, t: f64, y: &[f64], yp: &[f64], out: &mut [f64]) {
+        self.outputs(t, y, yp, out);
+    }
     fn assertions(&mut self, t: f64, y: &[f64], _yp: &[f64], out: &mut Vec<AssertionReport>) {
         if let Some((message, error)) = self.model.assertion(t, y) {
             out.push(AssertionReport { message: message.into(), error, file: "model.hyd".into(), line: 200 });
