@@ -40,8 +40,11 @@ pub(crate) struct ExcerptCode {
 #[derive(Debug)]
 pub(crate) struct Excerpts {
     source: Option<Arc<dyn CodeSource>>,
-    made: Mutex<Vec<(Vec<u32>, Option<Arc<ExcerptCode>>)>>,
+    made: Mutex<Vec<Asked>>,
 }
+
+/// Outputs that were asked for, and their code if there is some.
+type Asked = (Vec<u32>, Option<Arc<ExcerptCode>>);
 
 impl Excerpts {
     pub(crate) fn new(source: Option<Arc<dyn CodeSource>>) -> Self {
