@@ -129,11 +129,14 @@ fn others(files: &Files, proposals: &[Proposal], words: &str) -> Result<(), Fail
     output::print(&shown)
 }
 
-/// The proposals that can be made together, with their messages.
+/// The proposals that can be made together, with their messages; the same change is made once.
 fn chosen(diagnostics: &[Diagnostic], file: FileId) -> Vec<(&Diagnostic, &Proposal)> {
     let mut taken: Vec<(&Diagnostic, &Proposal)> = Vec::new();
     for message in diagnostics.iter().filter(|message| message.severity >= Severity::Warning) {
         let Some(proposal) = message.proposals.first() else { continue };
+        if taken.iter().any(|(_, known)| known.edits == proposal.edits) {
+            continue;
+        }
         let known = taken.iter().flat_map(|(_, proposal)| &proposal.edits);
         let is_free = |edit: &Edit| edit.span.file == file && known.clone().all(|other| apart(edit, other));
         if !proposal.edits.is_empty() && proposal.edits.iter().all(is_free) {

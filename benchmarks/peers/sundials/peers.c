@@ -144,7 +144,8 @@ int main(int argc, char **argv) {
   N_Vector y = N_VNew_Serial(n, context), yp = N_VNew_Serial(n, context);
   FILE *file = argc > 6 ? fopen(argv[6], "w") : NULL;
   double best = 1e30, spent = 0;
-  for (int run = 0; run == 0 || (spent < 1.0 && run < 20); run++) {
+  const char *once = getenv("ONCE"); /* what the first run of a process costs */
+  for (int run = 0; run == 0 || (!once && spent < 1.0 && run < 20); run++) {
     (drive ? drive_start : line ? line_start : cord_start)(AT(y));
     rates(0.0, AT(y), AT(yp));
     double begin = cpu(), t;

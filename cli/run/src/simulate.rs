@@ -320,12 +320,15 @@ fn shown(arguments: &RunArguments, selection: &Selection, tables: &Tables, drawn
     Ok(shown)
 }
 
+/// Positions in a row; none: all.
+type Positions = Option<Vec<u32>>;
+
 /// The outputs that rows need, and those whose derivatives they need, where `--variables` leaves others out.
 fn needed_outputs(
     arguments: &RunArguments,
     options: &Options,
     (tables, outputs): (&Tables, usize),
-) -> Result<(Option<Vec<u32>>, Option<Vec<u32>>), Failure> {
+) -> Result<(Positions, Positions), Failure> {
     let rows = if options.every_step { usize::MAX } else { options.intervals };
     let is_much = rows.saturating_mul(outputs) >= WORTH_CODE;
     if arguments.variables.is_none() || (options.sensitivity.is_empty() && !is_much) {

@@ -3,7 +3,7 @@
 //! Whoever tries something calls [`Messages::begin`] before and [`Messages::end`] after it, and owns what was said in between: it
 //! is given with [`Messages::report_all`], or dropped.  Attempts may stand within attempts.
 
-use crate::{Diagnostic, Severity};
+use crate::{Diagnostic, Severity, Span};
 
 /// Messages given so far, those of open attempts on top.
 #[derive(Clone, Debug)]
@@ -31,6 +31,12 @@ impl Messages {
             return;
         }
         self.tried.last_mut().unwrap_or(&mut self.given).push(diagnostic);
+    }
+
+    /// True if this was said of this place: what would be proposed with it need not be looked for again.
+    pub fn is_said(&self, message: &str, at: Span) -> bool {
+        let is_there = |known: &Diagnostic| known.labels.first().is_some_and(|label| label.span == at);
+        self.iter().any(|known| known.message == message && is_there(known))
     }
 
     /// Adds all messages of an attempt.

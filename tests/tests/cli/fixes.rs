@@ -36,6 +36,30 @@ fn a_ground_is_put_in() {
     assert!((summary["final"]["lamp.i"].as_f64().unwrap() - 2.0).abs() < 1e-9, "{}", lamp.stdout);
 }
 
+/// The only two open ends of a kind are connected, once; of three nobody knows which.
+#[test]
+fn a_forgotten_connection_is_put_in() {
+    let folder = Scratch::new();
+    let text = "model Lamps\n  Hyd.Electrical.Sources.ConstantVoltage source(V = 12);\n  Hyd.Electrical.Components.Resistor one(R = 2);\n  \
+                Hyd.Electrical.Components.Resistor two(R = 4);\n  Hyd.Electrical.Components.Ground ground;\nequation\n  \
+                connect(source.p, one.p);\n  connect(two.n, source.n);\n  connect(source.n, ground.p);\nend Lamps;\n";
+    folder.write("lamps.hyd", text);
+    let outcome = run(folder.path(), &["check", "lamps.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert_eq!(folder.read("lamps.hyd"), text.replace("equation\n", "equation\n  connect(one.n, two.p);\n"));
+    // Ohm's law.
+    let lamp = run(folder.path(), &["simulate", "lamps.hyd", "--variables", "^two.i$", "--json"]);
+    let summary: serde_json::Value = serde_json::from_str(&lamp.stdout).unwrap();
+    assert!((summary["final"]["two.i"].as_f64().unwrap() - 2.0).abs() < 1e-9, "{}", lamp.stdout);
+    let third = "  Hyd.Electrical.Components.Resistor three(R = 4);\n  Hyd.Electrical.Components.Ground ground;\n";
+    let text = text.replace("  Hyd.Electrical.Components.Ground ground;\n", third);
+    let text = text.replace("  connect(two.n", "  connect(three.n, source.n);\n  connect(two.n");
+    folder.write("lamps.hyd", &text);
+    let outcome = run(folder.path(), &["check", "lamps.hyd", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert_eq!(folder.read("lamps.hyd"), text);
+}
+
 /// Where an operator or a keyword may be meant, nothing is written.
 #[test]
 fn a_missing_semicolon_is_written() {

@@ -111,7 +111,7 @@ impl Flattener<'_, '_> {
         self.blocks.get(&own.inst).map(|&block| self.variable(block).first)
     }
 
-    fn kind_of(&self, connector: InstId) -> Vec<(Name, bool)> {
+    pub(super) fn kind_of(&self, connector: InstId) -> Vec<(Name, bool)> {
         self.leaves(connector).into_iter().map(|leaf| (leaf.path, leaf.flow)).collect()
     }
 

@@ -7,7 +7,7 @@
 
 use hyd_instance::connection_rules::{MUST_BE_CONNECTED, Open};
 use hyd_instance::{ClassId, InstId};
-use hyd_source::{Code, Diagnostic, FileId, Span, did_you_mean};
+use hyd_source::{Code, Diagnostic, Edit, FileId, Span, did_you_mean};
 use hyd_syntax::tree::{ClassBody, ClassKind, ComponentRef};
 use hyd_syntax::visit::{Role, Visitor};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -51,7 +51,9 @@ impl Flattener<'_, '_> {
         ends.retain(|end| {
             !(self.is_ruled(end) || end.open.iter().all(|&open| open) && self.is_named(end, &mut connects))
         });
-        for end in self.without_free_ends(ends) {
+        let ends = self.without_free_ends(ends);
+        let missing = self.missing_connections(&ends);
+        for end in ends {
             let declared = self.scopes.instances[end.owner].span;
             let at = *known.entry(declared).or_insert(warnings.len());
             match warnings.get_mut(at) {
@@ -61,7 +63,11 @@ impl Flattener<'_, '_> {
         }
         warnings.sort_by_key(|(declared, _)| (declared.file, declared.start));
         for (declared, ends) in warnings {
-            let warning = self.open_warning(declared, &ends);
+            let mut warning = self.open_warning(declared, &ends);
+            for (_, words, edit) in missing.iter().filter(|(of, ..)| ends.iter().any(|end| of.contains(&end.connector)))
+            {
+                warning = warning.propose(words.clone(), vec![edit.clone()]);
+            }
             self.report(warning);
         }
     }
@@ -109,6 +115,37 @@ impl Flattener<'_, '_> {
             let open = (0..open.len() * each).map(|k| open[k / each] && free(k)).collect();
             self.open_parts(owner, part, open, found);
         }
+    }
+
+    /// Connections of two open ends of the model's own components that are the only ones of their kind: which two, in words, and where
+    /// the text gets them.
+    fn missing_connections(&self, ends: &[OpenEnd]) -> Vec<([InstId; 2], String, Edit)> {
+        let Some(gaps) = self.model.gaps else { return Vec::new() };
+        let instances = &self.scopes.instances;
+        let kinds: Vec<_> = ends.iter().map(|end| self.kind_of(end.connector)).collect();
+        let is_own = |end: &OpenEnd| {
+            let owner = &instances[end.owner];
+            end.open.len() == 1
+                && owner.parent == Some(self.tree.root)
+                && instances[end.connector].parent == Some(end.owner)
+        };
+        let name = |end: &OpenEnd| format!("{}.{}", instances[end.owner].name, instances[end.connector].name);
+        let mut found = Vec::new();
+        for (k, end) in ends.iter().enumerate() {
+            let mut others = (0..ends.len()).filter(|&other| other != k && kinds[other] == kinds[k]);
+            if let (Some(other), None) = (others.next(), others.next())
+                && other > k
+                && ends[other].owner != end.owner
+                && is_own(end)
+                && is_own(&ends[other])
+            {
+                let connection = format!("connect({}, {});", name(end), name(&ends[other]));
+                let span = Span { end: gaps.equation.start, ..gaps.equation };
+                let edit = Edit { span, text: format!("{connection}\n  ") };
+                found.push(([end.connector, ends[other].connector], format!("add `{connection}`"), edit));
+            }
+        }
+        found
     }
 
     /// Whether some `connect` names the connector, which is part of another one, or a part of it.

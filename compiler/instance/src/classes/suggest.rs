@@ -174,6 +174,10 @@ impl ClassTable<'_> {
         if self.is_unreadable(&ident.name) {
             return;
         }
+        let message = format!("there is no class `{}` here", ident.name);
+        if self.messages.is_said(&message, ident.span) {
+            return;
+        }
         // A misspelt keyword looks like a class.
         let words =
             ["Real", "Integer", "Boolean", "String", "equation", "algorithm", "parameter", "constant", "extends"];
@@ -184,7 +188,6 @@ impl ClassTable<'_> {
         let help = constant.or_else(|| if is_near { None } else { self.suggest_library(last) });
         let library = "other libraries are named with `--library FOLDER`";
         let help = help.or_else(|| (parts.len() > 1 && !is_near).then(|| library.to_string()));
-        let message = format!("there is no class `{}` here", ident.name);
         let mut error = Diagnostic::error(Code::UnknownClass, message).at(ident.span, "not found");
         if parts.len() > 1 && &*ident.name == "Modelica" {
             error = error.help(
@@ -224,10 +227,14 @@ impl Scopes<'_> {
     pub(crate) fn unknown_name(&mut self, scope: Scope, reference: &ComponentRef) {
         let (first, last) = (&reference.parts[0].name, &reference.parts[reference.parts.len() - 1].name);
         let name = &*first.name;
-        let mut names = self.names_from(scope);
         let mut around = self.instances[scope.inst].shape.as_ref().map(|s| s.frames[scope.frame as usize].class);
         let own = around;
         let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
+        let message = format!("unknown name `{name}` in `{class}`");
+        if self.table.messages.is_said(&message, first.span) {
+            return;
+        }
+        let mut names = self.names_from(scope);
         let said = |d: &Diagnostic| d.severity == Severity::Error && d.code == Code::UnknownClass;
         let failed = around.is_some_and(|from| self.table.import_failed(from, &Name::from(name)));
         if failed && self.table.messages.iter().any(said) {
@@ -246,7 +253,6 @@ impl Scopes<'_> {
         }
         // `pi` is a slip of `p` less often than it is the constant.
         let constant = self.table.suggest_constant(&last.name);
-        let message = format!("unknown name `{name}` in `{class}`");
         let diagnostic = Diagnostic::error(Code::UnknownName, message).at(first.span, "not declared");
         let added = self.instances[scope.inst].by_name.get(&first.name);
         if added.is_some_and(|&inst| self.is_added_inner(inst) && self.instances[inst].parent == Some(scope.inst)) {

@@ -256,10 +256,13 @@ impl Scopes<'_> {
     }
 
     fn unknown_member(&mut self, inst: InstId, name: &str, span: Span) {
+        let message = format!("`{}` has no element `{name}`", self.instances[inst].name);
+        if self.table.messages.is_said(&message, span) {
+            return;
+        }
         let names: Vec<Name> = self.instances[inst].by_name.keys().cloned().collect();
         let mut sorted: Vec<&str> = names.iter().map(|n| n.as_ref()).collect();
         sorted.sort_unstable();
-        let message = format!("`{}` has no element `{name}`", self.instances[inst].name);
         let declared = self.instances[inst].span;
         self.table.report(
             Diagnostic::error(Code::UnknownName, message).at(span, "not found").with(declared, "declared here").meant(
