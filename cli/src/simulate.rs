@@ -61,6 +61,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
         table: table.as_ref(),
         arguments: &counted,
         drawn: arguments.plot.is_some(),
+        only_shown: true,
         translate_s: clock::cpu_seconds() - begin,
         progress: true,
     };

@@ -344,6 +344,7 @@ impl Model {
             table: table.as_ref(),
             arguments: &arguments,
             drawn: false,
+            only_shown: false,
             translate_s: translated.translate_s,
             progress: false,
         };

@@ -110,7 +110,8 @@ impl Output {
     /// Forgets the run before; each row holds `extra` derivatives behind the outputs.
     pub(crate) fn restart(&mut self, options: &Options, system: &mut Delaying<'_>, extra: usize) {
         self.states_within = options.needed_within.as_ref().and_then(|needed| unknowns_of(needed, system.tables()));
-        self.needed = options.needed_outputs.as_deref().and_then(|needed| Needed::new(needed, system));
+        let plain = options.needed_outputs.as_deref().filter(|_| extra == 0);
+        self.needed = plain.and_then(|needed| Needed::new(needed, system));
         self.needed_within = match self.states_within {
             Some(_) => None,
             None => options.needed_within.as_deref().and_then(|needed| Needed::new(needed, system)),

@@ -29,6 +29,8 @@ const LARGE: f64 = 1e30;
 const MANY_ROWS: usize = 5_000_000;
 /// Values of a run from which on code for a part of them, half a millisecond, is worth making.
 const WORTH_CODE: usize = 200_000;
+/// Steps that a run is expected to take.
+const USUAL_STEPS: usize = 1000;
 /// Warnings that are reported one by one.
 const MOST_WARNINGS: usize = 20;
 
@@ -67,6 +69,8 @@ pub struct Beside<'a> {
     pub drawn: bool,
     /// Also gets all rows.
     pub into: Option<&'a mut dyn Sink>,
+    /// Nobody looks at what `--variables` leaves out, so it need not be evaluated.
+    pub only_shown: bool,
     /// Asked after every step; true ends the run.
     pub stop: &'a dyn Fn() -> bool,
     /// Shows on a terminal how far the run has come.
@@ -77,7 +81,7 @@ impl Beside<'_> {
     /// A run of a command: Ctrl-C ends it, and a terminal shows how far it has come.
     pub fn command(drawn: bool) -> Self {
         interrupt::listen();
-        Self { drawn, into: None, stop: &interrupt::requested, progress: true }
+        Self { drawn, into: None, only_shown: true, stop: &interrupt::requested, progress: true }
     }
 }
 
@@ -129,9 +133,9 @@ pub fn simulate(
         states: structure.differential.iter().filter(|&&state| state).count(),
         unknowns: structure.unknowns,
     };
-    let (needed, derived) = match beside.into {
-        None => needed_outputs(arguments, options, (&sizes.tables, structure.outputs))?,
-        Some(_) => (None, None),
+    let (needed, derived) = match beside.only_shown {
+        true => needed_outputs(arguments, options, (&sizes.tables, structure.outputs))?,
+        false => (None, None),
     };
     let options = &Options { needed_outputs: needed, derived_outputs: derived, ..options.clone() };
     record(&sizes, arguments, options, facts, beside, &mut |sink, stop| {
@@ -164,7 +168,7 @@ pub fn record(
     beside: Beside<'_>,
     run: &mut Running<'_>,
 ) -> Result<Outcome, Failure> {
-    let Beside { drawn, into, stop, progress } = beside;
+    let Beside { drawn, into, stop, progress, .. } = beside;
     let selection = Selection::new(arguments.variables.as_deref())?;
     let shown = shown(arguments, &selection, &sizes.tables, drawn)?;
     let left_out = selection.left_out(&sizes.tables, shown.len());
@@ -329,7 +333,7 @@ fn needed_outputs(
     options: &Options,
     (tables, outputs): (&Tables, usize),
 ) -> Result<(Positions, Positions), Failure> {
-    let rows = if options.every_step { usize::MAX } else { options.intervals };
+    let rows = if options.every_step { USUAL_STEPS } else { options.intervals };
     let is_much = rows.saturating_mul(outputs) >= WORTH_CODE;
     if arguments.variables.is_none() || (options.sensitivity.is_empty() && !is_much) {
         return Ok((None, None));

@@ -27,6 +27,8 @@ pub struct Run<'a> {
     pub arguments: &'a RunArguments,
     /// All values of the shown variables are needed, not only the last.
     pub drawn: bool,
+    /// Nobody looks at what `--variables` leaves out, the sink neither.
+    pub only_shown: bool,
     /// Seconds of CPU time until the model was translated.
     pub translate_s: f64,
     /// Shows on a terminal how far the run has come.
@@ -103,7 +105,8 @@ impl Run<'_> {
             warnings,
             unit: None,
         };
-        let beside = Beside { drawn: self.drawn, into: Some(into), stop, progress: self.progress };
+        let (drawn, only_shown, progress) = (self.drawn, self.only_shown, self.progress);
+        let beside = Beside { drawn, into: Some(into), only_shown, stop, progress };
         let mut outcome = hyd_run::simulate(system, arguments, &options, facts, beside)?;
         if arguments.stop.is_none() && experiment.stop.is_none() {
             outcome.summary.warnings.extend(ends_too_early(system, &options, &outcome));

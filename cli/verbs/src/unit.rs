@@ -117,7 +117,7 @@ impl UnitRun<'_> {
         let unit = Unit::open(self.file).map_err(fault)?;
         let kind = self.chosen(&unit)?;
         let driven = self.table.map(InputTable::names).unwrap_or_default();
-        let beside = Beside { drawn: self.drawn, into: None, stop, progress: true };
+        let beside = Beside { drawn: self.drawn, into: None, only_shown: true, stop, progress: true };
         match kind {
             Kind::ModelExchange => self.exchange(&unit, &driven, begin, beside),
             Kind::CoSimulation => self.stepping(&unit, &driven, begin, beside),

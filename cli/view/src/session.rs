@@ -428,6 +428,7 @@ impl Model {
             table: shot.and_then(|shot| shot.table.as_ref()),
             arguments: &arguments,
             drawn: false,
+            only_shown: false,
             translate_s: 0.0,
             progress: false,
         };

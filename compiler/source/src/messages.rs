@@ -3,13 +3,17 @@
 //! Whoever tries something calls [`Messages::begin`] before and [`Messages::end`] after it, and owns what was said in between: it
 //! is given with [`Messages::report_all`], or dropped.  Attempts may stand within attempts.
 
-use crate::{Diagnostic, Severity, Span};
+use std::collections::HashMap;
+
+use crate::{Diagnostic, FileId, Severity, Span};
 
 /// Messages given so far, those of open attempts on top.
 #[derive(Clone, Debug)]
 pub struct Messages {
     given: Vec<Diagnostic>,
     tried: Vec<Vec<Diagnostic>>,
+    /// How often [`Messages::is_repeated`] was asked of a place of which something had been said.
+    repeated: HashMap<(FileId, u32), u32>,
 }
 
 impl Default for Messages {
@@ -21,7 +25,7 @@ impl Default for Messages {
 impl Messages {
     /// No messages.
     pub fn new() -> Self {
-        Self { given: Vec::new(), tried: Vec::new() }
+        Self { given: Vec::new(), tried: Vec::new(), repeated: HashMap::new() }
     }
 
     /// Adds a message; an error that was given before is not given again, since one mistake in a class that is instantiated many times
@@ -33,10 +37,17 @@ impl Messages {
         self.tried.last_mut().unwrap_or(&mut self.given).push(diagnostic);
     }
 
-    /// True if this was said of this place: what would be proposed with it need not be looked for again.
-    pub fn is_said(&self, message: &str, at: Span) -> bool {
+    /// True if this was said of this place so often that what would be proposed with it is not looked for again.  What is proposed may differ
+    /// between instances of a class, but not between thousands.
+    pub fn is_repeated(&mut self, message: &str, at: Span) -> bool {
+        const OFTEN: u32 = 100;
         let is_there = |known: &Diagnostic| known.labels.first().is_some_and(|label| label.span == at);
-        self.iter().any(|known| known.message == message && is_there(known))
+        if !self.iter().any(|known| known.message == message && is_there(known)) {
+            return false;
+        }
+        let count = self.repeated.entry((at.file, at.start)).or_insert(0);
+        *count += 1;
+        *count > OFTEN
     }
 
     /// Adds all messages of an attempt.

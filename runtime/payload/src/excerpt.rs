@@ -19,6 +19,9 @@ use crate::program::{Address, Area, Kernel, Program, Routine, RoutineId, Store, 
 use crate::tangent::TangentSource;
 use crate::vm::Registers;
 
+/// So many excerpts of a model are kept for further instances.
+const MOST_KEPT: usize = 64;
+
 /// Makes code when it is asked for, of tangents and of programs.
 pub trait CodeSource: TangentSource {
     /// Machine code of a program; none where it cannot be had.
@@ -58,6 +61,9 @@ impl Excerpts {
             return excerpt.clone();
         }
         let excerpt = self.make(wanted, model, backend).map(Arc::new);
+        if made.len() == MOST_KEPT {
+            made.remove(0);
+        }
         made.push((wanted.to_vec(), excerpt.clone()));
         excerpt
     }
@@ -115,7 +121,7 @@ impl Instance {
     pub(crate) fn fill_excerpt(&mut self, number: usize, point: Point<'_>, out: &mut [f64]) {
         let Some((excerpt, mut registers)) = self.excerpts.get_mut(number).map(|(e, r)| (e.clone(), std::mem::take(r)))
         else {
-            return;
+            return self.output_row(point, out);
         };
         if let Some(engine) = &excerpt.engine {
             let only = RoutineId::new(0);
@@ -141,7 +147,8 @@ fn work(kernels: &[Kernel]) -> usize {
     kernels.iter().map(|kernel| kernel.count as usize * kernel.stores.len()).sum()
 }
 
-/// What of these kernels is needed for some positions of the work area, which has `length` of them.
+/// What of these kernels is needed for some positions of the work area, which has `length` of them.  No kernel reads positions that it
+/// writes itself: instances do not depend on each other and load before they store.
 fn slice(program: &Program, kernels: &[Kernel], wanted: &[u32], length: usize) -> Vec<Kernel> {
     let mut needed = vec![false; length];
     wanted.iter().for_each(|&k| needed[k as usize] = true);

@@ -60,6 +60,33 @@ fn a_forgotten_connection_is_put_in() {
     assert_eq!(folder.read("lamps.hyd"), text);
 }
 
+/// Ends that do not fit, equal ends of two loads, and one that the model hands on are not joined.
+#[test]
+fn ends_that_are_not_meant_for_each_other_stay_open() {
+    let folder = Scratch::new();
+    let pins = "connector P1\n  Real v;\n  flow Real i;\nend P1;\nconnector P2\n  Real v[2];\n  flow Real i[2];\nend P2;\n\
+                connector P3\n  Real v(unit = \"m/s\");\n  flow Real i(unit = \"N\");\nend P3;\n\
+                model M1\n  P1 p;\nequation\n  p.v = 3 - p.i;\nend M1;\nmodel M2\n  P2 p;\nequation\n  p.v = 2*p.i;\nend M2;\n\
+                model M3\n  P3 p;\nequation\n  p.v = 2*p.i;\nend M3;\n";
+    let loads = "  Hyd.Electrical.Sources.ConstantVoltage source(V = 12);\n  Hyd.Electrical.Components.Resistor one(R = 2);\n  \
+                 Hyd.Electrical.Components.Resistor two(R = 4);\n  Hyd.Electrical.Components.Ground ground;\n  Real x = time;\nequation\n  \
+                 connect(source.p, one.p);\n  connect(source.p, two.p);\n  connect(source.n, ground.p);\n";
+    let plain = |parts: &str| format!("{pins}model Open\n{parts}  Real x;\nequation\n  x = time;\nend Open;\n");
+    for text in [
+        plain("  M1 a;\n  M2 b;\n"),
+        plain("  M1 a;\n  M3 b;\n"),
+        plain("  M1 a;\n  M1 b[1];\n"),
+        plain("  P1 p;\n  M1 a;\n  M1 b;\n"),
+        plain("  parameter Boolean h = false;\n  M1 a;\n  M1 b if h;\n  M1 c;\n"),
+        format!("model Open\n{loads}end Open;\n"),
+    ] {
+        folder.write("open.hyd", &text);
+        let outcome = run(folder.path(), &["check", "open.hyd", "--fix"]);
+        assert!(outcome.stderr.contains("W0301"), "{text}{}", outcome.stderr);
+        assert_eq!(folder.read("open.hyd"), text);
+    }
+}
+
 /// Where an operator or a keyword may be meant, nothing is written.
 #[test]
 fn a_missing_semicolon_is_written() {
@@ -331,6 +358,47 @@ fn proposals_are_told_to_programs() {
     let at = SLIP.find("sped;").unwrap();
     assert_eq!((edit["start"].as_u64(), edit["end"].as_u64()), (Some(at as u64), Some(at as u64 + 4)));
     assert_eq!((edit["text"].as_str(), edit["line"].as_u64()), (Some("speed"), Some(5)));
+}
+
+/// What `--variables` leaves out is not evaluated at every row: the same numbers, and what fails there is found later.
+#[test]
+fn runs_with_few_variables_write_the_same_numbers() {
+    let folder = Scratch::new();
+    let text = "model Many\n  Real x(start = 0, fixed = true);\n  Real v(start = 1, fixed = true);\n  Real y = -2*x;\n  Real w = y;\n  Real u = exp(x) + v;\n  \
+                Real f[60];\n  Real root = if noEvent(time < 0.5 or time > 0.501) then 1 else log(-1 - x*x);\n  Integer n = integer(3*x);\nequation\n  der(x) = v;\n  \
+                der(v) = -40*x;\n  for i in 1:60 loop\n    f[i] = sin(x*i) + u;\n  end for;\nend Many;\n";
+    let whole = text.replace("if noEvent(time < 0.5 or time > 0.501) then 1 else log(-1 - x*x)", "1 + x");
+    let columns = |name: &str, wanted: &[&str]| -> Vec<Vec<String>> {
+        let table = folder.read(name);
+        let mut rows = table.lines().map(|row| row.split(',').map(str::to_string).collect::<Vec<_>>());
+        let head = rows.next().unwrap();
+        let places: Vec<usize> =
+            wanted.iter().map(|name| head.iter().position(|own| own.trim_matches('"') == *name).unwrap()).collect();
+        rows.map(|row| places.iter().map(|&k| row[k].clone()).collect()).collect()
+    };
+    let names = ["time", "x", "w", "der(v)", "f[7]", "n"];
+    for more in [&[][..], &["--backend", "vm"], &["--sensitivity", "x"]] {
+        folder.write("many.hyd", &whole);
+        let simulate = |variables: &str, result: &str| {
+            let mut arguments =
+                vec!["simulate", "many.hyd", "--intervals", "4000", "--variables", variables, "--result", result];
+            arguments.extend(more);
+            let outcome = run(folder.path(), &arguments);
+            assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        };
+        let mut wanted = names.to_vec();
+        if more.contains(&"--sensitivity") {
+            wanted.extend(["d(w)/d(x)", "d(f[7])/d(x)"]);
+        }
+        simulate(".*", "all.csv");
+        simulate(r"^(x|w|der\(v\)|f\[7\]|n|d\((w|f\[7\])\)/d\(x\))$", "few.csv");
+        assert_eq!(columns("all.csv", &wanted), columns("few.csv", &wanted));
+    }
+    folder.write("many.hyd", text);
+    let fails = |variables: &str| {
+        run(folder.path(), &["simulate", "many.hyd", "--intervals", "4000", "--variables", variables]).code
+    };
+    assert_eq!((fails("^(x|root)$"), fails("^(x|w)$")), (Some(3), Some(0)));
 }
 
 /// A fast and a slow decay: once the fast one is over, the slow one limits the steps; the switch is one event.

@@ -92,6 +92,7 @@ fn simulate(call: &Call<'_>) -> Result<Answer, String> {
         table: None,
         arguments: &arguments,
         drawn: false,
+        only_shown: false,
         translate_s: clock::cpu_seconds() - begin,
         progress: false,
     };

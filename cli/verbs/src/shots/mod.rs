@@ -194,6 +194,7 @@ impl Shots {
             table: own.table.as_ref(),
             arguments: &arguments,
             drawn: false,
+            only_shown: false,
             translate_s: 0.0,
             progress: false,
         };

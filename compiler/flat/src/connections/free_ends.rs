@@ -14,10 +14,10 @@ use crate::model::{Section, Target, VarId};
 use crate::state::flattener::Flattener;
 
 /// Sets of things that belong together.
-struct Sets<K>(FxHashMap<K, K>);
+pub(super) struct Sets<K>(FxHashMap<K, K>);
 
 impl<K: Copy + Eq + std::hash::Hash> Sets<K> {
-    fn find(&mut self, mut k: K) -> K {
+    pub(super) fn find(&mut self, mut k: K) -> K {
         while let Some(&up) = self.0.get(&k).filter(|&&up| up != k) {
             k = up;
         }
@@ -111,12 +111,12 @@ impl Flattener<'_, '_> {
         self.blocks.get(&own.inst).map(|&block| self.variable(block).first)
     }
 
-    pub(super) fn kind_of(&self, connector: InstId) -> Vec<(Name, bool)> {
+    fn kind_of(&self, connector: InstId) -> Vec<(Name, bool)> {
         self.leaves(connector).into_iter().map(|leaf| (leaf.path, leaf.flow)).collect()
     }
 
     /// Components that connections join, also by way of others.
-    fn networks(&mut self) -> Sets<InstId> {
+    pub(super) fn networks(&mut self) -> Sets<InstId> {
         let mut owner = vec![None; self.connections.elements as usize];
         for (inst, elements) in self.connections.ranges() {
             let own = self.scopes.instances[inst].parent;

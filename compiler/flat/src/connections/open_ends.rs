@@ -8,10 +8,11 @@
 use hyd_instance::connection_rules::{MUST_BE_CONNECTED, Open};
 use hyd_instance::{ClassId, InstId};
 use hyd_source::{Code, Diagnostic, Edit, FileId, Span, did_you_mean};
-use hyd_syntax::tree::{ClassBody, ClassKind, ComponentRef};
+use hyd_syntax::tree::{ClassBody, ClassKind, ComponentRef, Name};
 use hyd_syntax::visit::{Role, Visitor};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::connections::connect::Leaf;
 use crate::state::flattener::Flattener;
 use crate::variables::element_names::element_names;
 
@@ -118,34 +119,60 @@ impl Flattener<'_, '_> {
     }
 
     /// Connections of two open ends of the model's own components that are the only ones of their kind: which two, in words, and where
-    /// the text gets them.
-    fn missing_connections(&self, ends: &[OpenEnd]) -> Vec<([InstId; 2], String, Edit)> {
+    /// the text gets them.  None where a component is absent or the model itself has such a connector, which may be meant, and none between
+    /// equal ends of parts that are joined already: two loads of one source lack a return and no connection with each other.
+    fn missing_connections(&mut self, ends: &[OpenEnd]) -> Vec<([InstId; 2], String, Edit)> {
         let Some(gaps) = self.model.gaps else { return Vec::new() };
+        if ends.len() < 2 {
+            return Vec::new();
+        }
+        let mut networks = self.networks();
         let instances = &self.scopes.instances;
-        let kinds: Vec<_> = ends.iter().map(|end| self.kind_of(end.connector)).collect();
+        let parts = || instances[self.tree.root].children.iter().copied();
+        if parts().any(|part| instances[part].absent) {
+            return Vec::new();
+        }
+        let kinds: Vec<_> = ends.iter().map(|end| self.exact_kind_of(end.connector)).collect();
+        let own: Vec<_> = parts()
+            .filter(|&part| instances[part].kind == ClassKind::Connector)
+            .map(|part| self.exact_kind_of(part))
+            .collect();
         let is_own = |end: &OpenEnd| {
-            let owner = &instances[end.owner];
-            end.open.len() == 1
-                && owner.parent == Some(self.tree.root)
-                && instances[end.connector].parent == Some(end.owner)
+            let (owner, connector) = (&instances[end.owner], &instances[end.connector]);
+            owner.parent == Some(self.tree.root)
+                && connector.parent == Some(end.owner)
+                && owner.dims.is_empty()
+                && connector.dims.is_empty()
+                && !self.scopes.is_added_inner(end.owner)
         };
         let name = |end: &OpenEnd| format!("{}.{}", instances[end.owner].name, instances[end.connector].name);
         let mut found = Vec::new();
-        for (k, end) in ends.iter().enumerate() {
+        for (k, end) in ends.iter().enumerate().filter(|(k, _)| !own.contains(&kinds[*k])) {
             let mut others = (0..ends.len()).filter(|&other| other != k && kinds[other] == kinds[k]);
-            if let (Some(other), None) = (others.next(), others.next())
-                && other > k
-                && ends[other].owner != end.owner
-                && is_own(end)
-                && is_own(&ends[other])
-            {
-                let connection = format!("connect({}, {});", name(end), name(&ends[other]));
+            let (Some(at), None) = (others.next(), others.next()) else { continue };
+            let other = &ends[at];
+            let is_joined = networks.find(end.owner) == networks.find(other.owner);
+            let is_equal = instances[end.connector].name == instances[other.connector].name;
+            if at > k && end.owner != other.owner && is_own(end) && is_own(other) && !(is_joined && is_equal) {
+                let connection = format!("connect({}, {});", name(end), name(other));
                 let span = Span { end: gaps.equation.start, ..gaps.equation };
                 let edit = Edit { span, text: format!("{connection}\n  ") };
-                found.push(([end.connector, ends[other].connector], format!("add `{connection}`"), edit));
+                found.push(([end.connector, other.connector], format!("add `{connection}`"), edit));
             }
         }
         found
+    }
+
+    /// The elements of a connector with all that decides what it fits: name, flow, type, sizes and unit.
+    fn exact_kind_of(&self, connector: InstId) -> Vec<(Name, bool, String, Vec<usize>, String)> {
+        let kind = |leaf: Leaf| {
+            let own = &self.scopes.instances[leaf.inst];
+            let unit = self.blocks.get(&leaf.inst).and_then(|&block| self.model.variables[block].unit.clone());
+            let scalar = own.primitive.as_ref().map_or_else(String::new, |p| p.scalar.name().to_string());
+            let sizes = if leaf.path.is_empty() { Vec::new() } else { own.dims.to_vec() };
+            (leaf.path, leaf.flow, scalar, sizes, unit.map_or_else(String::new, |unit| unit.to_string()))
+        };
+        self.leaves(connector).into_iter().map(kind).collect()
     }
 
     /// Whether some `connect` names the connector, which is part of another one, or a part of it.

@@ -175,7 +175,7 @@ impl ClassTable<'_> {
             return;
         }
         let message = format!("there is no class `{}` here", ident.name);
-        if self.messages.is_said(&message, ident.span) {
+        if self.messages.is_repeated(&message, ident.span) {
             return;
         }
         // A misspelt keyword looks like a class.
@@ -231,7 +231,7 @@ impl Scopes<'_> {
         let own = around;
         let class = around.map(|c| self.table.full_name(c)).unwrap_or_default();
         let message = format!("unknown name `{name}` in `{class}`");
-        if self.table.messages.is_said(&message, first.span) {
+        if self.table.messages.is_repeated(&message, first.span) {
             return;
         }
         let mut names = self.names_from(scope);

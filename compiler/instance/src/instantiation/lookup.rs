@@ -257,7 +257,7 @@ impl Scopes<'_> {
 
     fn unknown_member(&mut self, inst: InstId, name: &str, span: Span) {
         let message = format!("`{}` has no element `{name}`", self.instances[inst].name);
-        if self.table.messages.is_said(&message, span) {
+        if self.table.messages.is_repeated(&message, span) {
             return;
         }
         let names: Vec<Name> = self.instances[inst].by_name.keys().cloned().collect();

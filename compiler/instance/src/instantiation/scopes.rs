@@ -398,7 +398,7 @@ impl Scopes<'_> {
     }
 
     /// True for an element that no text declares.
-    pub(crate) fn is_added_inner(&self, inst: InstId) -> bool {
+    pub fn is_added_inner(&self, inst: InstId) -> bool {
         self.added_inner.iter().any(|added| added.inst == inst)
     }
 

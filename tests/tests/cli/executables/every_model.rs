@@ -40,7 +40,7 @@ fn check(file: &str, launcher: &[u8]) -> Result<(), String> {
         }
         let own = arguments(&scratch.file("own.csv"), varied.map(Names));
         let options = hyd_run::options(&own, &model.payload().experiment).unwrap();
-        let quiet = Beside { drawn: false, into: None, stop: &|| false, progress: false };
+        let quiet = Beside { drawn: false, into: None, only_shown: false, stop: &|| false, progress: false };
         let ran = hyd_run::simulate(&mut model.instantiate(), &own, &options, Facts::default(), quiet);
         let wanted: Vec<&str> = given.iter().flat_map(|names| ["--sensitivity", names.as_str()]).collect();
         let output = scratch.bare("model", &[&["--result", "exe.csv"], wanted.as_slice()].concat());
