@@ -60,6 +60,19 @@ fn a_forgotten_connection_is_put_in() {
     assert_eq!(folder.read("lamps.hyd"), text);
 }
 
+/// What is meant may differ between instances of a class: both are proposed.
+#[test]
+fn names_are_proposed_for_each_instance() {
+    let folder = Scratch::new();
+    let text = "model S1\n  Real foo = 1;\nend S1;\nmodel S2\n  Real fob = 1;\nend S2;\nmodel W\n  replaceable model T = S1;\n  T t;\n  \
+                Real y = t.fo;\nend W;\nmodel A\n  W w1;\n  W w2(redeclare model T = S2);\nend A;\n";
+    folder.write("a.hyd", text);
+    let outcome = run(folder.path(), &["check", "a.hyd"]);
+    for meant in ["did you mean `foo`", "did you mean `fob`"] {
+        assert!(outcome.stderr.contains(meant), "{}", outcome.stderr);
+    }
+}
+
 /// Ends that do not fit, equal ends of two loads, and one that the model hands on are not joined.
 #[test]
 fn ends_that_are_not_meant_for_each_other_stay_open() {

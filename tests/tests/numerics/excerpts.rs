@@ -67,6 +67,39 @@ fn outputs_have_the_same_bits_without_the_others() {
     assert!(compared > 100_000 && partly > 40, "{compared} values, {partly} choices");
 }
 
+/// Rows within steps: what follows from states, from algebraic unknowns and from rates, with events between.
+#[test]
+fn rows_within_steps_have_the_same_bits() {
+    let text = "model M\n  Real x(start = 1, fixed = true);\n  Real v(start = 0, fixed = true);\n  Real z(start = 1);\n  Real a = 2*x + 1;\n  Real b = exp(z) - x;\n  \
+        Real c = sin(der(v)) + 1;\n  Real d[20];\n  discrete Real n(start = 0, fixed = true);\nequation\n  der(x) = v;\n  der(v) = -40*x - z;\n  z + 0.3*tanh(z) = x*v;\n  \
+        for i in 1:20 loop\n    d[i] = cos(i*x) + v;\n  end for;\n  when x < 0 then\n    n = pre(n) + a;\n  end when;\nend M;\n";
+    let compilation = translate(text);
+    let mut system = compilation.model.as_ref().expect("translated").instantiate();
+    let tables = system.tables().clone();
+    let at = |name: &str| {
+        let (variable, element) = tables.find(name).expect("a variable");
+        match variable.sources[element].place {
+            hyd_system::Place::Output(k) => k,
+            _ => panic!("{name} varies"),
+        }
+    };
+    let all = Options { within_steps: true, ..options_of(&compilation) };
+    let mut whole = Trajectory::new();
+    simulate(&mut system, &all, &mut whole, &|| false).expect("runs");
+    assert!(whole.len() > 200, "{} rows", whole.len());
+    for names in [&["x"][..], &["a"], &["b"], &["c"], &["z"], &["der(v)"], &["n"], &["a", "d[7]"], &["b", "n", "v"]] {
+        let wanted: Vec<u32> = names.iter().map(|name| at(name)).collect();
+        let options = Options { needed_within: Some(wanted.clone()), ..all.clone() };
+        let mut part = Trajectory::new();
+        simulate(&mut system, &options, &mut part, &|| false).expect("runs");
+        assert_eq!(whole.len(), part.len());
+        for (k, &output) in (0..whole.len()).flat_map(|k| wanted.iter().map(move |output| (k, output))) {
+            let (left, right) = (whole.row(k)[output as usize], part.row(k)[output as usize]);
+            assert_eq!(left.to_bits(), right.to_bits(), "{names:?}: row {k}, {left} and {right}");
+        }
+    }
+}
+
 #[test]
 fn loops_are_cut_to_the_instances_that_are_needed() {
     let text = "model M\n  Real x[3000](each start = 1, each fixed = true);\n  Real y[3000];\n  Real z[3000];\n  Real s;\nequation\n  \
