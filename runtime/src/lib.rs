@@ -45,6 +45,7 @@ mod problem;
 mod profile;
 mod sensitivity;
 mod simulate;
+mod sizes;
 mod statistics;
 mod tiled;
 mod undetermined;

@@ -76,6 +76,7 @@ impl Display for SolveError {
                     (Some(variable), Some((before, now))) => {
                         let (before, now) = (significant(before), significant(now));
                         write!(f, ": {variable} grows without bound, from {before} at the start to {now}")?;
+                        grow_with_it(f, variable, report)?;
                         step_lines(f, report)?;
                         hint(f, GROWING)
                     }
@@ -352,6 +353,30 @@ fn grows_at_the_end(report: &StepReport) -> Option<(f64, f64)> {
     let (before, now) = (course.value(0, variable)?, course.value(last, variable)?);
     let factor = if runs_away(report) { GROWN_AWAY } else { GROWN };
     (now.abs() > factor * before.abs().max(1.0)).then_some((before, now))
+}
+
+/// What has grown with the variable at fault, which may only be the first to fail.
+fn grow_with_it(f: &mut Formatter<'_>, variable: &str, report: &StepReport) -> fmt::Result {
+    let Some(course) = report.place.course.as_ref() else { return Ok(()) };
+    let factor = if runs_away(report) { GROWN_AWAY } else { GROWN };
+    let others =
+        course.unknowns().filter(|&(_, before, now)| now.is_finite() && now.abs() > factor * before.abs().max(1.0));
+    let others =
+        others.map(|(k, before, now)| (course.unknown_name(k), before, now)).filter(|(name, ..)| name != variable);
+    let mut others: Vec<(String, f64, f64)> = others.collect();
+    if others.is_empty() {
+        return Ok(());
+    }
+    others.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+    let one = |(name, before, now): &(String, f64, f64)| {
+        format!("{name} from {} to {}", significant(*before), significant(*now))
+    };
+    let shown: Vec<String> = others.iter().take(MOST_NAMED).map(one).collect();
+    let more = match others.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    write!(f, "\n  with it: {}{more}", shown.join(", "))
 }
 
 /// The first of the variables that are shown which has grown out of all proportion, with its values at the start and at the end.

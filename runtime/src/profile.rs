@@ -36,6 +36,8 @@ pub struct Profile {
     pub unconverged_rows: Vec<u64>,
     /// By relation: events at which it changed.
     pub events: Vec<u64>,
+    /// By unknown: the size at the end of the run that its absolute tolerance is made of, its nominal value or what was learned.
+    pub sizes: Vec<f64>,
     clock: fn() -> f64,
 }
 
@@ -49,6 +51,7 @@ impl Profile {
             unconverged: vec![0; unknowns],
             unconverged_rows: vec![0; unknowns],
             events: vec![0; relations],
+            sizes: Vec::new(),
             clock,
         }
     }

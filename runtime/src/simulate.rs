@@ -161,6 +161,8 @@ struct Run<'a, 'b> {
     inputs: DenseInput,
     /// The last event has no rows.
     is_bare: bool,
+    /// The assertions at the ends of steps beyond this point (s) are left to the caller.
+    checked_to: f64,
     /// No relation of time alone changes before (s).
     unchanged_until: f64,
     /// Time of the last event, at first the start (s): time events are looked for after it.
@@ -344,6 +346,7 @@ impl Simulator {
             is_input: false,
             inputs: DenseInput::NONE,
             is_bare: false,
+            checked_to: f64::INFINITY,
             last_event: options.start,
             unchanged_until: options.start,
             horizon: f64::INFINITY,
@@ -357,6 +360,9 @@ impl Simulator {
         spend(&mut problem, begun, |seconds| &mut seconds.total);
         self.statistics = problem.statistics;
         self.profile = problem.profile;
+        if let Some(profile) = &mut self.profile {
+            profile.sizes = self.weights.sizes.to_vec();
+        }
         self.undetermined = problem.open.together();
         self.delays = delays;
         let time = result?;

@@ -1,10 +1,12 @@
 //! Error weights and the norm in which errors and Newton corrections are measured.
 //!
-//! `w_i = 1 / (tolerance * (|y_i| + nominal_i))` and the root mean square of `v_i w_i`: a norm of 1 is an error as large
-//! as the tolerance allows.  Source: Brenan, Campbell, Petzold 1996, section 5.2.
+//! `w_i = 1 / (tolerance * (|y_i| + size_i))` and the root mean square of `v_i w_i`: a norm of 1 is an error as large
+//! as the tolerance allows.  The size is the nominal value, or learned.  Source: Brenan, Campbell, Petzold 1996, section 5.2.
 
+use hyd_system::LearnedSize;
 use hyd_system::math::square;
 
+use crate::sizes::LearnedSizes;
 use crate::tiled::{LANES, Tile, Tiled, over_tiles, sum, sum_of, sum_of_pairs};
 
 /// Weights of all unknowns, and of those that the error test looks at.
@@ -16,6 +18,9 @@ pub(crate) struct Weights {
     pub(crate) tested: Tiled,
     /// Nominal value of each unknown [unit of y_i].
     pub(crate) nominals: Tiled,
+    /// Its nominal value, or what was learned of it [unit of y_i].
+    pub(crate) sizes: Tiled,
+    learned: LearnedSizes,
     included: Vec<bool>,
     /// Their number.
     included_count: usize,
@@ -35,7 +40,9 @@ impl Weights {
         Self {
             all: ones.clone(),
             tested: ones.clone(),
-            nominals: ones,
+            nominals: ones.clone(),
+            sizes: ones,
+            learned: LearnedSizes::default(),
             included: vec![true; n],
             included_count: n,
             differential: vec![true; n],
@@ -59,6 +66,13 @@ impl Weights {
                 *nominal = 1.0;
             }
         }
+        self.sizes.clone_from(&self.nominals);
+        self.learned.clear();
+    }
+
+    /// From here on the sizes of these unknowns are learned, as far as their nominal value is the usual one of 1.
+    pub(crate) fn learn(&mut self, wanted: &[LearnedSize]) {
+        self.learned.begin(wanted, self.tolerance, &mut self.sizes);
     }
 
     /// The tolerance behind the weights.
@@ -86,16 +100,17 @@ impl Weights {
     #[inline(always)]
     pub(crate) fn update(&mut self, y: &[f64]) {
         self.tested_count = self.included_count;
+        self.learned.see(y, &mut self.sizes);
         let tolerance = self.tolerance;
         let (tiles, rest) = y.as_chunks::<LANES>();
         let set = |(weight, (value, nominal)): (&mut Tile, (&Tile, &Tile))| {
             let (value, nominal) = (*value, *nominal);
             *weight = std::array::from_fn(|lane| 1.0 / (tolerance * (value[lane].abs() + nominal[lane])));
         };
-        let nominals = self.nominals.tiles();
-        self.all.tiles_mut().iter_mut().zip(tiles.iter().zip(nominals)).for_each(set);
+        let sizes = self.sizes.tiles();
+        self.all.tiles_mut().iter_mut().zip(tiles.iter().zip(sizes)).for_each(set);
         let filled = y.len() - rest.len();
-        for ((weight, value), nominal) in self.all[filled..].iter_mut().zip(rest).zip(&self.nominals[filled..]) {
+        for ((weight, value), nominal) in self.all[filled..].iter_mut().zip(rest).zip(&self.sizes[filled..]) {
             *weight = 1.0 / (tolerance * (value.abs() + nominal));
         }
         for (tested, weight) in self.tested.tiles_mut().iter_mut().zip(self.all.tiles()) {

@@ -18,6 +18,18 @@ pub struct Share {
     pub place: Option<String>,
     /// How often.
     pub count: u64,
+    /// Of a variable: the size at the end of the run that its absolute tolerance is made of, its nominal value or what was learned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<f64>,
+    /// The unit of that size, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size_unit: Option<String>,
+}
+
+impl Share {
+    fn named(name: String, place: Option<String>) -> Self {
+        Self { name, place, count: 0, size: None, size_unit: None }
+    }
 }
 
 /// The profile of a run; times in s.
@@ -61,21 +73,29 @@ pub struct RunProfile {
 impl RunProfile {
     /// The profile in the user's names.
     pub fn new(profile: &Profile, tables: &Tables, statistics: &Statistics) -> Self {
-        let unknowns =
-            |counts: &[u64]| shares(counts, |k| Share { name: tables.unknown_name(k), place: None, count: 0 });
+        let unit = |k: usize| {
+            let (variable, _) = tables.unknowns.get(k)?;
+            tables.variables.get(*variable as usize).map(|own| own.unit.to_string()).filter(|unit| !unit.is_empty())
+        };
+        let unknown = |k: usize| Share {
+            size: profile.sizes.get(k).copied(),
+            size_unit: unit(k),
+            ..Share::named(tables.unknown_name(k), None)
+        };
+        let unknowns = |counts: &[u64]| shares(counts, unknown);
         let equation = |k: usize| {
             let info = tables.row_equation(k);
             let name = info.map_or_else(|| format!("equation {}", k + 1), |info| info.text.to_string());
-            Share { name, place: info.map(|info| format!("{}:{}", info.file, info.line)), count: 0 }
+            Share::named(name, info.map(|info| format!("{}:{}", info.file, info.line)))
         };
         let relation = |k: usize| {
             let info = tables.roots.get(k);
             let name = info.map_or_else(|| format!("relation {}", k + 1), |info| info.text.to_string());
-            Share { name, place: info.map(|info| format!("{}:{}", info.file, info.line)), count: 0 }
+            Share::named(name, info.map(|info| format!("{}:{}", info.file, info.line)))
         };
         let component = |k: usize| {
             let name = tables.row_equation(k).map_or_else(String::new, |info| info.component.to_string());
-            Share { name, place: None, count: 0 }
+            Share::named(name, None)
         };
         let limited_by = unknowns(&profile.limited);
         let rejected_by = unknowns(&profile.rejected);
@@ -131,11 +151,13 @@ impl RunProfile {
             let _ = writeln!(text, "  {title}");
             for share in shares.iter().take(MOST) {
                 let place = share.place.as_ref().map_or_else(String::new, |place| format!("  {place}"));
+                let unit = share.size_unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+                let size = share.size.map_or_else(String::new, |size| format!("  (of size {size:.2e}{unit})"));
                 let of = match of_steps {
                     true => format!(" {:>5.1} %", 100.0 * share.count as f64 / self.steps.max(1) as f64),
                     false => String::new(),
                 };
-                let _ = writeln!(text, "    {:>9}{of}  {}{place}", share.count, share.name);
+                let _ = writeln!(text, "    {:>9}{of}  {}{place}{size}", share.count, share.name);
             }
             if let Some(more @ 1..) = shares.len().checked_sub(MOST) {
                 let _ = writeln!(text, "    and {more} more, which `--json` lists");
@@ -159,7 +181,7 @@ fn by_component(shares: &[Share], component: impl Fn(&str) -> Option<&str>) -> V
         let Some(component) = component(&share.name) else { continue };
         match all.iter_mut().find(|known| known.name == component) {
             Some(known) => known.count += share.count,
-            None => all.push(Share { name: component.to_string(), place: None, count: share.count }),
+            None => all.push(Share { count: share.count, ..Share::named(component.to_string(), None) }),
         }
     }
     all.sort_by_key(|share| std::cmp::Reverse(share.count));

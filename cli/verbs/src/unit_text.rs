@@ -208,8 +208,8 @@ fn attributes(variable: &Variable, further: &[String]) -> String {
             list.push(if is_real { format!("{name} = {value:e}") } else { format!("{name} = {value:.0}") });
         }
     }
-    if variable.nominal != 1.0 && is_real {
-        list.push(format!("nominal = {:e}", variable.nominal));
+    if let Some(nominal) = variable.nominal.filter(|_| is_real) {
+        list.push(format!("nominal = {nominal:e}"));
     }
     list.extend(further.iter().cloned());
     if list.is_empty() { String::new() } else { format!("({each}{})", list.join(&format!(", {each}"))) }

@@ -19,7 +19,7 @@ use crate::engine::code;
 use crate::known::known_discrete;
 use crate::layout::{Layout, Place};
 use crate::lower::{self, Jacobians, Lowered, Options};
-use crate::nominals::nominals;
+use crate::nominals::{learned_sizes, nominals};
 use crate::program::Area;
 use crate::shared::{CodeStatistics, Shared};
 use crate::spans::span_of;
@@ -247,6 +247,7 @@ fn structure(sorted: &SortedSystem, lowered: &Lowered, row: &OutputRow, delays: 
     Structure {
         unknowns: plan.unknowns.len(),
         differential: plan.unknowns.iter().map(|u| u.differential).collect(),
+        sizes: learned_sizes(sorted),
         state_pattern,
         rate_pattern,
         roots: lowered.routines.events.rooted.len() + delays.iter().filter(|site| site.varying).count(),

@@ -103,17 +103,24 @@ pub(crate) fn locate(
     Ok(located)
 }
 
-/// Number of words of a term's shape that its equation does not hold.
+/// Number of variables in a term's shape that its equation does not hold; `abs` is not one.
 fn strangers(term: &Term) -> usize {
-    let words = |text: &str| -> Vec<String> {
-        let is_inside = |c: char| c.is_alphanumeric() || "_.[]'".contains(c);
-        text.split(|c: char| !is_inside(c))
-            .filter(|word| word.starts_with(char::is_alphabetic))
-            .map(String::from)
-            .collect()
+    let is_inside = |c: char| c.is_alphanumeric() || "_.[]'".contains(c);
+    let variables = |text: &str| -> Vec<String> {
+        let mut rest = text;
+        let mut found = Vec::new();
+        while let Some(begin) = rest.find(is_inside) {
+            let (word, after) =
+                rest[begin..].split_at(rest[begin..].find(|c| !is_inside(c)).unwrap_or(rest.len() - begin));
+            if word.starts_with(char::is_alphabetic) && !after.starts_with('(') {
+                found.push(word.to_string());
+            }
+            rest = after;
+        }
+        found
     };
-    let known = words(&term.equation);
-    words(&term.shape).iter().filter(|word| !known.contains(word)).count()
+    let known = variables(&term.equation);
+    variables(&term.shape).iter().filter(|word| !known.contains(word)).count()
 }
 
 /// The fit seen on the one shot whose residuals are farthest from noise.

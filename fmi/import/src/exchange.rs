@@ -8,12 +8,13 @@
 //! The Jacobian comes of directional derivatives where the unit has them, else of differences, both for whole colours of columns at a time,
 //! and is made in the process of the unit by one question.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use hyd_system::{
     AssertionReport, DaeSystem, Delays, EvalFailure, EventChange, EventPhase, Excerpt, Homotopy, InitialStructure,
-    InputError, Inputs, Instants, ParameterError, Pattern, Series, StateChoices, Steps, Structure, Switches, Tables,
-    Tangents, TimeEvent, TornLoops,
+    InputError, Inputs, Instants, LearnedSize, ParameterError, Pattern, Series, StateChoices, Steps, Structure,
+    Switches, Tables, Tangents, TimeEvent, TornLoops,
 };
 
 use crate::archive::Unit;
@@ -76,6 +77,7 @@ impl Exchange {
         let structure = Structure {
             unknowns: n,
             differential: vec![true; n],
+            sizes: learned_sizes(description),
             state_pattern,
             rate_pattern: diagonal(n),
             roots: description.indicators,
@@ -302,6 +304,33 @@ fn pattern(description: &Description, n: usize) -> Pattern {
         }
     }
     Pattern::from_pairs(n, n, &pairs)
+}
+
+/// States of which the unit states no nominal value.  Those whose names differ in subscripts only are of one kind.
+fn learned_sizes(description: &Description) -> Vec<LearnedSize> {
+    let mut groups: BTreeMap<String, u32> = BTreeMap::new();
+    let (mut sizes, mut unknown) = (Vec::new(), 0);
+    for state in &description.states {
+        let variable = &description.variables[state.state];
+        let count = variable.count() as u32;
+        if variable.nominal.is_none() {
+            let next = groups.len() as u32;
+            let group = *groups.entry(without_subscripts(&variable.name)).or_insert(next);
+            sizes.extend((unknown..unknown + count).map(|unknown| LearnedSize { unknown, group }));
+        }
+        unknown += count;
+    }
+    sizes
+}
+
+/// `a[2].b[1,3]` as `a[].b[]`.
+fn without_subscripts(name: &str) -> String {
+    let mut inside = false;
+    let kept = name.chars().filter(|&c| {
+        inside = (inside || c == '[') && c != ']';
+        !inside || c == '['
+    });
+    kept.collect()
 }
 
 fn diagonal(n: usize) -> Pattern {

@@ -135,7 +135,7 @@ impl Watched {
             let number = variable.number(description.version).ok_or_else(|| name.clone())?;
             let place = places.add(number, variable.reference, variable.count());
             derivable &= number == Number::Float64 && variable.causality == Causality::Output;
-            found.push((place, element, variable.nominal));
+            found.push((place, element, variable.nominal.unwrap_or(1.0)));
         }
         let groups = places.groups();
         let at = found.iter().map(|(place, element, _)| places.first[*place] + element).collect();

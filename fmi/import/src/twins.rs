@@ -174,7 +174,11 @@ impl Exchange {
         let setting = &self.driver.layout.settings[self.driver.layout.setting_of.get(index).copied().flatten()?];
         let variable = &self.driver.description.variables[setting.variable];
         let is_wide = setting.number == crate::description::Number::Float64;
-        is_wide.then_some((self.driver.parameters[index], (variable.min, variable.max), variable.nominal))
+        is_wide.then_some((
+            self.driver.parameters[index],
+            (variable.min, variable.max),
+            variable.nominal.unwrap_or(1.0),
+        ))
     }
 
     /// Starts a twin as the first one was started, but for what is apart, with these values of all inputs.  The states after the start come

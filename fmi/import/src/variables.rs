@@ -180,7 +180,7 @@ fn variable(
         true => (limit("min", f64::NEG_INFINITY)?, limit("max", f64::INFINITY)?),
         false => (f64::NEG_INFINITY, f64::INFINITY),
     };
-    let nominal = if is_number { limit("nominal", 1.0)? } else { 1.0 };
+    let nominal = if is_number { value.number("nominal")? } else { None };
     let reference = element.number("valueReference")?;
     Ok(Variable {
         name: element.required("name")?.into(),
@@ -195,7 +195,7 @@ fn variable(
         display_unit: named("displayUnit"),
         min,
         max,
-        nominal: if nominal.is_finite() && nominal != 0.0 { nominal.abs() } else { 1.0 },
+        nominal: nominal.filter(|value| value.is_finite() && *value != 0.0).map(f64::abs),
         start,
         text,
         derivative_of: None,

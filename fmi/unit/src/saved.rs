@@ -10,7 +10,7 @@ use hyd_runtime::{Exchange, Onward};
 use serde::{Deserialize, Serialize};
 
 /// First bytes, with the version of the layout.
-const MAGIC: [u8; 8] = *b"hydunit3";
+const MAGIC: [u8; 8] = *b"hydunit4";
 
 fn damaged() -> Fault {
     Fault::usage("the bytes are not a state of this unit")

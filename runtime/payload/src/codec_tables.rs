@@ -1,7 +1,7 @@
 //! How the parts of a model are written that the solver and the reports read: structure, tables, places, names.
 
 use hyd_system::{
-    CheckKind, DelaySite, EquationInfo, InitialStructure, InputSite, LoopInfo, NamePattern, Pattern,
+    CheckKind, DelaySite, EquationInfo, InitialStructure, InputSite, LearnedSize, LoopInfo, NamePattern, Pattern,
     Place as ValuePlace, RootInfo, Settable, Source, Structure, Tables, TextFormat, ValueKind, Variability,
     VariableInfo,
 };
@@ -17,7 +17,8 @@ use crate::selection::CandidateSet;
 
 stored! {
     Pattern { rows, column_starts, row_indices }
-    Structure { unknowns, differential, state_pattern, rate_pattern, roots, outputs, initial, delays, inputs }
+    Structure { unknowns, differential, sizes, state_pattern, rate_pattern, roots, outputs, initial, delays, inputs }
+    LearnedSize { unknown, group }
     InitialStructure { unknowns, pattern }
     DelaySite { varying }
     InputSite { name, differentiated }

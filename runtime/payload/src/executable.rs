@@ -18,12 +18,12 @@ const PAGE: usize = 4096;
 const MARK: [&[u8]; 2] = [b"hyd launcher, ", b"reads payloads of format "];
 
 /// What a launcher has to hold somewhere, so that [`is_launcher`] knows it: the mark and the version in decimal, then a full stop.
-pub const LAUNCHER_MARK: &[u8] = b"hyd launcher, reads payloads of format 11.";
+pub const LAUNCHER_MARK: &[u8] = b"hyd launcher, reads payloads of format 12.";
 
 /// The same for the library of a unit: it begins otherwise.
 const LIBRARY: &[u8] = b"hyd library, ";
 /// What the library of a unit has to hold somewhere, so that [`is_library`] knows it.
-pub const LIBRARY_MARK: &[u8] = b"hyd library, reads payloads of format 11.";
+pub const LIBRARY_MARK: &[u8] = b"hyd library, reads payloads of format 12.";
 
 /// True if the bytes are a launcher that reads payloads of this format.
 pub fn is_launcher(program: &[u8]) -> bool {

@@ -20,7 +20,7 @@ use crate::target::{self, Target};
 pub const MAGIC: [u8; 8] = *b"hydmodel";
 /// Version of the format; another one is refused.  A change of the stored types or of the positions in the table of
 /// functions ([`crate::functions`]) is a new one.
-pub const VERSION: u32 = 11;
+pub const VERSION: u32 = 12;
 /// Bytes before the model.
 const HEADER: usize = 8 + 3 * 4 + 2 * 8;
 

@@ -30,6 +30,7 @@ impl Simulator {
         run.problem.system.tested(&mut tested);
         let included = self.differential.iter().zip(&tested).map(|(&d, &tested)| tested && (d || !suppress));
         self.weights.configure(run.options.tolerance, included);
+        self.weights.learn(&run.problem.system.structure().sizes);
         self.consistency.reset(&self.weights.nominals);
         self.consistency.read_states(run.problem);
         self.roots.reset();

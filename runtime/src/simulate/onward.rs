@@ -7,7 +7,7 @@
 //! depends on, so a copy goes on with the same bits.
 
 use hyd_results::Discard;
-use hyd_system::{AssertionReport, DaeSystem, EventPhase, Structure};
+use hyd_system::{DaeSystem, EventPhase, Structure};
 
 use super::{Arrival, Found, Point, Run, Simulator, Stall};
 use crate::delay::Delaying;
@@ -43,8 +43,9 @@ pub struct Onward {
     t: f64,
     waiting: Option<Found>,
     stall: Stall,
-    /// An assertion that does not hold at the newest point, which lies beyond the point that was asked for.
-    fails_ahead: Option<Box<AssertionReport>>,
+    /// The newest point lies beyond the one that was asked for, and its assertions are still to be checked: what holds at a point is not
+    /// decided by what happens after it, and an input may still change that.
+    unchecked: bool,
     /// Values at the point that was shown last.
     shown: Point,
 }
@@ -79,7 +80,7 @@ impl Onward {
             t: options.start,
             waiting: None,
             stall: Stall::new(options.start),
-            fails_ahead: None,
+            unchecked: false,
             shown: Point { y: vec![0.0; n], yp: vec![0.0; n] },
             options,
         }
@@ -101,7 +102,7 @@ impl Onward {
         let never = Progress { time_event: f64::INFINITY, ..Progress::default() };
         self.progress = Progress { last_event: start, unchanged_until: start, ..never };
         (self.t, self.waiting, self.stall) = (start, None, Stall::new(start));
-        self.fails_ahead = None;
+        self.unchecked = false;
         self.within(system, f64::INFINITY, |simulator, run| simulator.begin(run))
     }
 
@@ -110,8 +111,9 @@ impl Onward {
     /// # Errors
     /// As [`Simulator::run`]; the run is at an end then.
     pub fn advance(&mut self, system: &mut dyn DaeSystem, to: f64, beyond: bool) -> Result<Reached, SolveError> {
-        if self.fails_ahead.is_some() {
-            return self.before_failure(system, to);
+        if self.unchecked && to >= self.t {
+            self.unchecked = false;
+            self.check(system, self.t)?;
         }
         if let Some(reached) = self.reached(to) {
             return self.judged(system, to, reached);
@@ -120,6 +122,7 @@ impl Onward {
         let horizon = if beyond { f64::INFINITY } else { to };
         let (t, mut stall) = (self.t, self.stall);
         let arrival = self.within(system, horizon, |simulator, run| {
+            run.checked_to = to;
             simulator.go_on(run, t, &mut stall)?;
             match simulator.at_limit(run, t) {
                 Some(arrival) => Ok(arrival),
@@ -127,17 +130,8 @@ impl Onward {
             }
         });
         self.stall = stall;
-        let newest = self.simulator.integrator.t();
-        if beyond
-            && newest > to
-            && let Err(SolveError::Assertion { report, .. }) = arrival
-        {
-            // What holds at the point is not decided by what happens after it.
-            (self.t, self.fails_ahead) = (newest, Some(report));
-            return self.before_failure(system, to);
-        }
         match arrival? {
-            Arrival::Plain(t) => self.t = t,
+            Arrival::Plain(t) => (self.t, self.unchecked) = (t, t > to),
             Arrival::Event(found) => (self.t, self.waiting) = (found.t, Some(found)),
         }
         let reached = self.reached(to).unwrap_or(Reached::Step(self.t));
@@ -150,17 +144,6 @@ impl Onward {
             self.check(system, to)?;
         }
         Ok(reached)
-    }
-
-    /// A point before one at which an assertion does not hold: it is judged by the values there.
-    fn before_failure(&mut self, system: &mut dyn DaeSystem, to: f64) -> Result<Reached, SolveError> {
-        if to >= self.t
-            && let Some(report) = self.fails_ahead.take()
-        {
-            return Err(SolveError::Assertion { time: self.t, report });
-        }
-        self.check(system, to)?;
-        Ok(Reached::Point)
     }
 
     /// The assertions at a point within the last step (s).
@@ -202,7 +185,7 @@ impl Onward {
     /// # Errors
     /// As [`Simulator::run`].
     pub fn disturb(&mut self, system: &mut dyn DaeSystem, at: f64) -> Result<(), SolveError> {
-        (self.t, self.waiting, self.fails_ahead) = (at, None, None);
+        (self.t, self.waiting, self.unchecked) = (at, None, false);
         self.within(system, f64::INFINITY, |simulator, run| {
             let mut point = std::mem::take(&mut simulator.point);
             simulator.look_up(at, &mut point);
@@ -318,6 +301,7 @@ impl Onward {
             is_input: false,
             inputs: super::DenseInput::NONE,
             is_bare: false,
+            checked_to: f64::INFINITY,
             unchanged_until: progress.unchanged_until,
             last_event: progress.last_event,
             horizon,

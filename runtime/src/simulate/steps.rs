@@ -103,9 +103,10 @@ impl Simulator {
         let below_rounding = unknown.and_then(|k| {
             let size =
                 self.recent.points().map(|(_, y, _)| y[k].abs()).fold(first.1[k].abs().max(last.1[k].abs()), f64::max);
-            let allowed = run.options.tolerance * (last.1[k].abs() + nominals[k]);
+            let own = self.weights.sizes[k];
+            let allowed = run.options.tolerance * (last.1[k].abs() + own);
             let name = run.problem.system.tables().unknown_name(k);
-            (allowed < ROUNDING * size).then_some((name, nominals[k], size))
+            (allowed < ROUNDING * size).then_some((name, own, size))
         });
         Near { mode, vanishing, below_rounding, span, step }
     }
@@ -173,7 +174,9 @@ impl Simulator {
             self.output.flush(run.problem, run.sink, sensitivity)?;
         }
         if !is_event {
-            self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
+            if t <= run.checked_to {
+                self.output.assertions(run.problem, t, (self.integrator.y(), self.integrator.yp()))?;
+            }
             let told = run.problem.system.completed(t, self.integrator.y());
             if told.map_err(|failure| SolveError::evaluation(crate::Stage::Step, t, failure, run.problem))? {
                 run.problem.statistics.state_events += 1;

@@ -63,6 +63,8 @@ pub struct Structure {
     pub unknowns: usize,
     /// Per unknown: its derivative occurs (a state, or a candidate, see [`StateChoices::states`]); the others are algebraic.
     pub differential: Vec<bool>,
+    /// States whose size nothing states: the solver learns it.
+    pub sizes: Vec<LearnedSize>,
     /// Pattern of dF/dy, n by n.
     pub state_pattern: Pattern,
     /// Pattern of dF/dy', n by n.
@@ -78,6 +80,15 @@ pub struct Structure {
     pub delays: Vec<DelaySite>,
     /// Inputs that follow recorded samples.
     pub inputs: Vec<InputSite>,
+}
+
+/// A state without a nominal value.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct LearnedSize {
+    /// The unknown.
+    pub unknown: u32,
+    /// States of one group have one size: the elements of an array are of one kind, and some of them may still be at rest.
+    pub group: u32,
 }
 
 /// An input of the model that follows recorded samples.

@@ -27,8 +27,8 @@ mod text;
 
 pub use dae::{
     AssertionReport, CheckKind, Contradicted, DaeSystem, DelaySite, EvalFailure, EventChange, EventPhase, Excerpt,
-    InitialStructure, InputError, InputSite, LoopError, ParameterError, Pattern, Reading, StateChoice, Structure,
-    TimeEvent, UNSET,
+    InitialStructure, InputError, InputSite, LearnedSize, LoopError, ParameterError, Pattern, Reading, StateChoice,
+    Structure, TimeEvent, UNSET,
 };
 pub use instant::Instants;
 pub use lanes::{LANES, wide};

@@ -181,8 +181,29 @@ impl Report<'_> {
             Role::Constant => "a constant".to_string(),
         };
         self.line("is", &role);
+        self.size(v);
         if reduction.demoted.contains(&v) || self.system.roles[v] == Role::Candidate {
             self.constraints(v);
+        }
+    }
+
+    /// What the absolute tolerance of a state is made of.
+    fn size(&mut self, v: VarId) {
+        let (block, k) = self.system.flat.locate(v);
+        let block = &self.system.flat.variables[block];
+        match (block.nominal.get(k), self.system.roles[v]) {
+            (Some(nominal), Role::State | Role::Candidate | Role::Algebraic) => {
+                let unit = block.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+                self.line("size", &format!("{}{unit}, its nominal value", hyd_symbolic::format_number(nominal.abs())));
+            }
+            (None, Role::State | Role::Candidate) => {
+                let shared = if block.count > 1 { " of the array" } else { "" };
+                let learned = format!(
+                    "learned: a tenth of the largest value{shared} so far, from 1e-4 to 1; `nominal` states it"
+                );
+                self.line("size", &learned);
+            }
+            _ => {}
         }
     }
 

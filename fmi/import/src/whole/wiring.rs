@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use hyd_system::{
-    DaeSystem, InitialStructure, InputSite, Instants, NamePattern, Pattern, Place, RootInfo, Settable, Source,
-    Structure, Tables, ValueKind, Variability, VariableInfo,
+    DaeSystem, InitialStructure, InputSite, Instants, LearnedSize, NamePattern, Pattern, Place, RootInfo, Settable,
+    Source, Structure, Tables, ValueKind, Variability, VariableInfo,
 };
 
 use super::jacobian::Positions;
@@ -60,6 +60,7 @@ pub(super) fn join(text: Box<dyn DaeSystem>, units: &[(Unit, Wiring)], host: &Ho
     let structure = Structure {
         unknowns: at,
         differential,
+        sizes: learned_sizes(own, &parts),
         state_pattern,
         rate_pattern,
         roots: indicators + own.roots,
@@ -133,7 +134,7 @@ fn part(
     let nominal = |name: &str| {
         let bare = name.split('[').next().unwrap_or(name);
         let found = description.variables.iter().find(|own| *own.name == *name || *own.name == *bare);
-        found.map_or((1.0, 0.0), |own| (own.nominal, own.start.first().copied().unwrap_or(0.0)))
+        found.map_or((1.0, 0.0), |own| (own.nominal.unwrap_or(1.0), own.start.first().copied().unwrap_or(0.0)))
     };
     let (unit_sites, continuous) = exchange.input_sites();
     let mut gives = Vec::with_capacity(inputs.len());
@@ -240,4 +241,16 @@ fn position(tables: &Tables, name: &str) -> Option<(u32, u32)> {
 /// A pattern that is made of pairs row, column.
 pub(super) fn pattern(rows: usize, pairs: &[(u32, u32)]) -> Pattern {
     Pattern::from_pairs(rows, rows, pairs)
+}
+
+/// States of the text and of the units that have no nominal values, no group of one among those of another.
+fn learned_sizes(own: &Structure, parts: &[Part]) -> Vec<LearnedSize> {
+    let mut sizes = own.sizes.clone();
+    for part in parts {
+        let next = sizes.iter().map(|size| size.group + 1).max().unwrap_or(0);
+        let first = part.x.start as u32;
+        let theirs = &part.unit.structure().sizes;
+        sizes.extend(theirs.iter().map(|size| LearnedSize { unknown: first + size.unknown, group: next + size.group }));
+    }
+    sizes
 }

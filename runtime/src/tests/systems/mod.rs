@@ -87,6 +87,7 @@ impl<M: Model> Hand<M> {
         let structure = Structure {
             unknowns: n,
             differential: model.differential(),
+            sizes: Vec::new(),
             state_pattern,
             rate_pattern,
             roots: model.relations().len(),
