@@ -426,6 +426,8 @@ fn the_profile_names_who_limits_the_steps() {
     let profile = &summary["profile"];
     // The clock is a straight line, which every formula follows without error.
     assert_eq!(profile["limited_by"][0]["name"], "slow");
+    // A tenth of the largest value, which is that at the start.
+    assert_eq!((&profile["limited_by"][0]["size"], profile["limited_by"][0].get("size_unit")), (&0.1.into(), None));
     let counted =
         |name: &str| profile[name].as_array().unwrap().iter().map(|own| own["count"].as_u64().unwrap()).sum::<u64>();
     assert_eq!(counted("limited_by"), summary["counters"]["steps"].as_u64().unwrap());

@@ -2,7 +2,7 @@
 //!
 //! `reference_problems`, `networks`, `roots`, `echo` and `constraints` hold values of solutions; `derivatives`, `sensitivities`,
 //! `sensitivity_differences`, `delay_sensitivities`, `linearize` and `model_functions` derivatives; `inputs` and `injection` what comes
-//! from outside; `backends`, `c_text` and `reuse` one model computed in several ways.  `yardsticks` checks what the others compare with.
+//! from outside; `sizes` what a tolerance means; `backends`, `c_text` and `reuse` one model computed in several ways.  `yardsticks` checks what the others compare with.
 
 mod backends;
 mod c_text;
@@ -21,4 +21,5 @@ mod reuse;
 mod roots;
 mod sensitivities;
 mod sensitivity_differences;
+mod sizes;
 mod yardsticks;
