@@ -18,7 +18,7 @@ const DECAY: &str = "model Decay \"fades\"\n  parameter Real k(unit = \"1/s\") =
                      der(x) = -k*x;\n  annotation(experiment(StopTime = 1));\nend Decay;\n";
 /// Takes as long as one likes.
 const ENDLESS: &str = "model Endless\n  Real x(start = 1, fixed = true);\n  Real y(start = 0, fixed = true);\n\
-                       equation\n  der(x) = 1e3*y;\n  der(y) = -1e3*x;\n  annotation(experiment(StopTime = 1e9));\nend Endless;\n";
+                       equation\n  der(x) = 1e3*cos(1e3*time);\n  der(y) = -1e3*sin(1e3*time);\n  annotation(experiment(StopTime = 1e9));\nend Endless;\n";
 const TOOLS: [&str; 8] = ["check", "explain", "documentation", "equations", "simulate", "sweep", "fit", "discover"];
 
 /// A server and its client.
