@@ -22,6 +22,8 @@ const MOST_ITERATIONS: usize = 4;
 const EPSILON: f64 = 0.1;
 /// A correction this small relative to `EPSILON` ends the iteration whatever the rate.
 const TINY: f64 = 1e-4;
+/// A second change that is no more than so many times the first may still belong to an iteration that converges.
+const MOST_GROWTH: f64 = 10.0;
 /// Convergence slower than this counts as none.
 const SLOWEST: f64 = 0.9;
 /// Part of the tolerance by which unknowns are moved where the prediction has no finite slope.
@@ -128,7 +130,7 @@ impl Corrector {
                     return self.stopped(at, error);
                 }
             }
-            match self.iterate(problem, at, weights) {
+            match self.iterate(problem, at, weights, renew) {
                 (Correction::Converged, _) if self.matrix.is_deficient() => match self.judge(problem, at, weights) {
                     Ok(()) => return Correction::Converged,
                     Err(singular) if renew => return singular,
@@ -209,12 +211,18 @@ impl Corrector {
         Err(())
     }
 
-    /// What came of it, and the number of iterations before the last.
+    /// What came of it, and the number of iterations before the last.  `fresh`: the matrix is that of the prediction.
     #[inline(always)]
-    fn iterate(&mut self, problem: &mut Problem<'_>, at: &Prediction<'_>, weights: &Weights) -> (Correction, usize) {
+    fn iterate(
+        &mut self,
+        problem: &mut Problem<'_>,
+        at: &Prediction<'_>,
+        weights: &Weights,
+        fresh: bool,
+    ) -> (Correction, usize) {
         let ratio = at.leading / self.factored_leading;
         let scale = -2.0 / (1.0 + ratio);
-        let mut first_size = 0.0;
+        let (mut first, mut first_size) = (0, 0.0);
         for iteration in 0..MOST_ITERATIONS {
             problem.statistics.newton_iterations += 1;
             self.matrix.correct(&self.residual, &mut self.delta);
@@ -232,15 +240,20 @@ impl Corrector {
                 }
             } else {
                 let fall = size / first_size;
-                let rho = match iteration {
+                let rho = match iteration - first {
                     1 => fall,
                     2 => fall.sqrt(),
-                    _ => pow(fall, 1.0 / iteration as f64),
+                    count => pow(fall, 1.0 / count as f64),
                 };
-                if rho > SLOWEST {
+                if rho <= SLOWEST {
+                    self.rate = rho / (1.0 - rho);
+                } else if fresh && iteration == 1 && fall < MOST_GROWTH {
+                    // With the matrix of this very point the first change may be small because parts of it cancel, as in a product of
+                    // two unknowns; the second one is measured by what follows.
+                    (first, first_size) = (1, size);
+                } else {
                     return (Correction::Diverged, iteration);
                 }
-                self.rate = rho / (1.0 - rho);
             }
             if self.rate * size <= EPSILON {
                 return (Correction::Converged, iteration);
