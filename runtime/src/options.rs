@@ -26,7 +26,7 @@ pub struct Options {
     pub start: f64,
     /// Stop time (s), not before `start`.
     pub stop: f64,
-    /// Relative tolerance of the local error; the error of `y_i` is weighed against `tolerance * (|y_i| + nominal_i)`.
+    /// Relative tolerance of the local error; the error of `y_i` is weighed against `tolerance * (|y_i| + size_i)`.
     pub tolerance: f64,
     /// Method of integration.
     pub solver: Solver,

@@ -189,20 +189,6 @@ struct Found {
     is_asked: bool,
     /// Nothing but recorded inputs taking up their next values.
     is_input: bool,
-    /// Nothing happens but that the solver forgets its past.
-    is_rescue: bool,
-}
-
-impl Found {
-    /// The end of a step that the system has asked to be looked at.
-    fn asked(t: f64) -> Self {
-        Self { t, source: EventSource::Time, is_asked: true, is_input: false, is_rescue: false }
-    }
-
-    /// A new beginning at the last point.
-    fn rescue(t: f64) -> Self {
-        Self { is_rescue: true, ..Self::asked(t) }
-    }
 }
 
 impl Run<'_, '_> {

@@ -48,15 +48,6 @@ impl LearnedSizes {
         }
     }
 
-    /// All of them have the usual size again; false where there are none.
-    pub(crate) fn end(&mut self, sizes: &mut [f64]) -> bool {
-        let has_learned = !self.members.is_empty();
-        for (unknown, _) in self.members.drain(..) {
-            sizes[unknown as usize] = USUAL;
-        }
-        has_learned
-    }
-
     /// Takes accepted values into account.
     #[inline(always)]
     pub(crate) fn see(&mut self, y: &[f64], sizes: &mut [f64]) {

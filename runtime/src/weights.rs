@@ -75,11 +75,6 @@ impl Weights {
         self.learned.begin(wanted, self.tolerance, &mut self.sizes);
     }
 
-    /// From here on what was learned has the usual size; false where nothing was.
-    pub(crate) fn stop_learning(&mut self) -> bool {
-        self.learned.end(&mut self.sizes)
-    }
-
     /// The tolerance behind the weights.
     pub(crate) fn tolerance(&self) -> f64 {
         self.tolerance

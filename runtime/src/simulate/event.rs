@@ -5,31 +5,23 @@ use hyd_system::EventPhase;
 
 use super::{Found, Point, Run, Simulator};
 use crate::error::SolveError;
-use crate::events::chatter::Chatter;
 use crate::events::effect::Before;
 use crate::events::iteration::{Instant, settle};
 
 impl Simulator {
     /// The event at `t` on the values in `point`: rows around it, and a new beginning after it.
     pub(super) fn event(&mut self, run: &mut Run<'_, '_>, found: Found) -> Result<(), SolveError> {
-        let Found { t, source, is_asked, is_input, mut is_rescue } = found;
+        let Found { t, source, is_asked, is_input } = found;
         let span = run.span();
         let Point { y, yp } = &mut self.point;
         if !is_asked {
-            if let Err(error) = run.chatter.note((t, span), &self.roots.fired, run.problem, (y, yp)) {
-                // Motions as small as the sizes that were learned may make relations flicker.
-                if !self.weights.stop_learning() {
-                    return Err(error);
-                }
-                (run.chatter, is_rescue) = (Chatter::default(), true);
-            }
+            run.chatter.note((t, span), &self.roots.fired, run.problem, (y, yp))?;
         }
         let before = (!is_asked && run.chatter.is_close()).then(|| Before::new(run.problem, t, (y, yp)));
         let rows = run.options.event_rows || run.options.every_step;
         // A second event at the same time begins where the one before has left off, with its row.
         let begun = t == run.last_event && !run.is_bare;
-        run.is_bare =
-            found.is_rescue || is_input && run.inputs.jump(t, run.options.output_interval()) && !run.options.every_step;
+        run.is_bare = is_input && run.inputs.jump(t, run.options.output_interval()) && !run.options.every_step;
         if let Some(sensitivity) = &mut self.sensitivity {
             sensitivity.reach(run.problem)?;
             self.output.flush(run.problem, run.sink, sensitivity)?;
@@ -68,7 +60,6 @@ impl Simulator {
             self.output.skip_to(run.options, t);
         }
         self.output.assertions(run.problem, t, (y, yp))?;
-        changed |= is_rescue;
         if changed || t != self.integrator.t() {
             self.restart(run, t, by_inputs);
         } else {

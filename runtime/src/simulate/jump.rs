@@ -82,7 +82,9 @@ impl Simulator {
             self.output.row(run.problem, run.sink, t, (y, yp), RowKind::AfterEvent, sensitivity)?;
             self.output.skip_to(run.options, t);
         }
-        self.output.assertions(run.problem, t, (y, yp))?;
+        if t <= run.checked_to {
+            self.output.assertions(run.problem, t, (y, yp))?;
+        }
         self.restart(run, t, false);
         Ok(Some(t))
     }

@@ -3,7 +3,6 @@
 use hyd_results::RowKind;
 
 use super::{Arrival, Found, Point, Run, Simulator, Stall, spend};
-use crate::corrector::StepFault;
 use crate::course::Course;
 use crate::delay::Recorder;
 use crate::error::{Near, SolveError};
@@ -124,7 +123,7 @@ impl Simulator {
             return Some(Arrival::Plain(t));
         }
         run.problem.statistics.time_events += 1;
-        Some(Arrival::Event(Found { is_asked: false, is_input: run.is_input, ..Found::asked(t) }))
+        Some(Arrival::Event(Found { t, source: EventSource::Time, is_asked: false, is_input: run.is_input }))
     }
 
     /// Goes through an event; returns its time (s).
@@ -149,12 +148,6 @@ impl Simulator {
         if let Err(failure) = stepped {
             if let Some(t) = self.jump(run, &failure, (from, limit))? {
                 return Ok(Arrival::Plain(t));
-            }
-            if failure.fault != StepFault::NotFinite && self.weights.stop_learning() {
-                // No run fails for what nobody asked for: it begins again at the last point with the sizes that are stated.
-                self.point.y.copy_from_slice(self.integrator.y());
-                self.point.yp.copy_from_slice(self.integrator.yp());
-                return Ok(Arrival::Event(Found::rescue(from)));
             }
             let attempt = self.integrator.last_attempt();
             let error = SolveError::step(failure, from, attempt, self.integrator.y(), run.problem);
@@ -189,7 +182,7 @@ impl Simulator {
                 run.problem.statistics.state_events += 1;
                 self.point.y.copy_from_slice(self.integrator.y());
                 self.point.yp.copy_from_slice(self.integrator.yp());
-                return Ok(Arrival::Event(Found::asked(t)));
+                return Ok(Arrival::Event(Found { t, source: EventSource::Time, is_asked: true, is_input: false }));
             }
             if self.choosing.is_due(t, run.problem.statistics.convergence_failures > failures) {
                 let judged = self.consistency.choose_states(run.problem, t, self.integrator.y(), self.integrator.yp());
@@ -226,12 +219,6 @@ impl Simulator {
                 self.consistency.refine(run.problem, (t, self.integrator.step_size()), &self.weights, y, yp);
             }
         }
-        Ok(Arrival::Event(Found {
-            t,
-            source,
-            is_asked: false,
-            is_input: run.is_input && state_event.is_none(),
-            is_rescue: false,
-        }))
+        Ok(Arrival::Event(Found { t, source, is_asked: false, is_input: run.is_input && state_event.is_none() }))
     }
 }
