@@ -96,13 +96,15 @@ impl Course {
         };
         Some(if source.negated { -value } else { value })
     }
+
     /// What is integrated, or solved for, with its values at the start and at the end.
     pub(crate) fn unknowns(&self) -> impl Iterator<Item = (usize, f64, f64)> {
         let ends = self.rows.first().zip(self.rows.last());
         self.tables.unknowns.iter().enumerate().filter_map(move |(k, &(variable, element))| {
             let source = self.tables.variables.get(variable as usize)?.sources.get(element as usize)?;
             let (Place::Output(place), Some((first, last))) = (source.place, ends) else { return None };
-            Some((k, *first.1.get(place as usize)?, *last.1.get(place as usize)?))
+            let sign = if source.negated { -1.0 } else { 1.0 };
+            Some((k, sign * first.1.get(place as usize)?, sign * last.1.get(place as usize)?))
         })
     }
 

@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stated_size_stays_and_no_absolute_tolerance_is_below_rounding() {
+    fn a_stated_size_stays_and_tight_tolerances_keep_sizes_up() {
         let (mut learned, mut sizes) = (LearnedSizes::default(), [20.0, 1.0, 1.0, 1.0]);
         learned.begin(&WANTED, 1e-10, &mut sizes);
         assert_eq!(sizes, [20.0, 1.0, 1e-2, 1e-2]);

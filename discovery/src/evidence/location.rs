@@ -103,7 +103,7 @@ pub(crate) fn locate(
     Ok(located)
 }
 
-/// Number of variables in a term's shape that its equation does not hold; `abs` is not one.
+/// Number of variables in a term's shape that its equation does not hold; functions such as `abs` do not count.
 fn strangers(term: &Term) -> usize {
     let is_inside = |c: char| c.is_alphanumeric() || "_.[]'".contains(c);
     let variables = |text: &str| -> Vec<String> {

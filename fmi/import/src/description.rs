@@ -132,7 +132,7 @@ pub struct Variable {
     pub min: f64,
     /// Largest value.
     pub max: f64,
-    /// Size that errors are measured against, if it is stated; otherwise 1 (3.0.2, section 2.4.7.3).
+    /// Size that errors are measured against, if it is stated.
     pub nominal: Option<f64>,
     /// Start values, one per element; empty if there are none.
     pub start: Vec<f64>,

@@ -604,3 +604,15 @@ impl Steps for Exchange {
 pub(crate) fn foreign(reason: String) -> EvalFailure {
     EvalFailure { reason, is_foreign: true, ..EvalFailure::default() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::without_subscripts;
+
+    #[test]
+    fn names_of_one_kind_differ_in_subscripts_only() {
+        for (name, kind) in [("a[2].b[1,3]", "a[].b[]"), ("a.b", "a.b"), ("der(x[12])", "der(x[])")] {
+            assert_eq!(without_subscripts(name), kind, "{name}");
+        }
+    }
+}

@@ -18,12 +18,12 @@ use crate::weights::{Weights, largest};
 
 /// Most iterations of one correction.
 const MOST_ITERATIONS: usize = 4;
+/// The same with the matrix of the very point, instead of which there is nothing but a shorter step.
+const MOST_WITH_FRESH_MATRIX: usize = 8;
 /// Accepted error of the iteration, as a part of the error that the error test accepts.
 const EPSILON: f64 = 0.1;
 /// A correction this small relative to `EPSILON` ends the iteration whatever the rate.
 const TINY: f64 = 1e-4;
-/// A second change that is no more than so many times the first may still belong to an iteration that converges.
-const MOST_GROWTH: f64 = 10.0;
 /// Convergence slower than this counts as none.
 const SLOWEST: f64 = 0.9;
 /// Part of the tolerance by which unknowns are moved where the prediction has no finite slope.
@@ -223,7 +223,8 @@ impl Corrector {
         let ratio = at.leading / self.factored_leading;
         let scale = -2.0 / (1.0 + ratio);
         let (mut first, mut first_size) = (0, 0.0);
-        for iteration in 0..MOST_ITERATIONS {
+        let most = if fresh { MOST_WITH_FRESH_MATRIX } else { MOST_ITERATIONS };
+        for iteration in 0..most {
             problem.statistics.newton_iterations += 1;
             self.matrix.correct(&self.residual, &mut self.delta);
             if iteration == 0 {
@@ -247,7 +248,7 @@ impl Corrector {
                 };
                 if rho <= SLOWEST {
                     self.rate = rho / (1.0 - rho);
-                } else if fresh && iteration == 1 && fall < MOST_GROWTH {
+                } else if fresh && iteration == 1 {
                     // With the matrix of this very point the first change may be small because parts of it cancel, as in a product of
                     // two unknowns; the second one is measured by what follows.
                     (first, first_size) = (1, size);
@@ -258,14 +259,14 @@ impl Corrector {
             if self.rate * size <= EPSILON {
                 return (Correction::Converged, iteration);
             }
-            if iteration + 1 < MOST_ITERATIONS {
+            if iteration + 1 < most {
                 problem.evaluate(at.t, &self.y, &self.yp, &mut self.residual);
                 if !self.residual.is_finite() {
                     return (Correction::NotFinite, iteration + 1);
                 }
             }
         }
-        (Correction::Diverged, MOST_ITERATIONS)
+        (Correction::Diverged, most)
     }
 
     /// Scales the last iterate's change, adds it to the correction and moves the values by it; the norm of the change,

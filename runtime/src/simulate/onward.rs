@@ -44,7 +44,7 @@ pub struct Onward {
     waiting: Option<Found>,
     stall: Stall,
     /// The newest point lies beyond the one that was asked for, and its assertions are still to be checked: what holds at a point is not
-    /// decided by what happens after it, and an input may still change that.
+    /// decided by what happens after it.
     unchecked: bool,
     /// Values at the point that was shown last.
     shown: Point,

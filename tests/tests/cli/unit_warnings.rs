@@ -72,9 +72,11 @@ fn a_unit_that_warns_is_heard() {
         assert_eq!(blocks.code, Some(0), "{}", blocks.stderr);
         let plant = "model Plant\n  Growth part;\n  annotation(experiment(StopTime = 1));\nend Plant;\n";
         scratch.write("plant.hyd", scratch.read("block.hyd") + plant);
-        let ways: [&[&str]; 3] = [
+        let ways: [&[&str]; 4] = [
             &["case.fmu", "--as", "model-exchange"],
             &["case.fmu", "--as", "co-simulation"],
+            // The solver's own steps are much longer, and what they come to is still ahead of most of these points.
+            &["case.fmu", "--as", "co-simulation", "--step", "0.0005"],
             &["plant.hyd", "--model", "Plant"],
         ];
         for way in ways {

@@ -202,13 +202,13 @@ fn a_run_that_fails_among_many_like_cells_ends() {
     Real x0[40](each start = 0, each fixed = true);
     Real x1[40](each start = 0.1, each fixed = true);
     Real x2[40](each start = 0.2, each fixed = true);
-    Real z[40](each start = 0.5);
+    Real z[40];
   equation
     for i in 1:40 loop
       der(x0[i]) = -x0[i] + tanh(mean(max(-2.2303795792796093, x0[i]))) + 0.1*z[i];
       der(x1[i]) = -x1[i] + tanh(exp(-abs(x0[i]))) + 0.1*z[i];
       der(x2[i]) = -x2[i] + tanh(x0[i] - time) + 0.1*z[i];
-      z[i]*z[i] = 0.3 - time;
+      z[i] + 0.2*tanh(z[i]) = tanh(if time > 0.3 then 0.6478383243905805 else exp(-abs(sign(time))));
     end for;
   end M;
 end P;

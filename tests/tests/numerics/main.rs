@@ -7,6 +7,7 @@
 mod backends;
 mod c_text;
 mod constraints;
+mod corrector;
 mod delay_sensitivities;
 mod derivatives;
 mod echo;

@@ -199,7 +199,7 @@ impl Report<'_> {
             (None, Role::State | Role::Candidate) => {
                 let shared = if block.count > 1 { " of the array" } else { "" };
                 let learned = format!(
-                    "learned: a tenth of the largest value{shared} so far, from 1e-3 to 1; `nominal` states it"
+                    "learned during the run: a tenth of the largest value{shared} so far, at least 1e-3 and at most 1"
                 );
                 self.line("size", &learned);
             }
