@@ -92,7 +92,7 @@ const ALLOWED: [(&str, &[&str]); 36] = [
             "hyd-system",
         ],
     ),
-    // What editors ask: of texts the compiler, of libraries what the verbs know.
+    // What editors ask: of texts the compiler, of libraries what the verbs know.  Pages that editors open are whole files.
     (
         "hyd-lsp",
         &[
@@ -102,6 +102,7 @@ const ALLOWED: [(&str, &[&str]); 36] = [
             "hyd-flat",
             "hyd-format",
             "hyd-instance",
+            "hyd-results",
             "hyd-run",
             "hyd-source",
             "hyd-syntax",

@@ -213,9 +213,7 @@ fn lay_down(path: &Path, text: &str) -> Option<()> {
         return Some(());
     }
     std::fs::create_dir_all(path.parent()?).ok()?;
-    let beside = path.with_extension(format!("{}.part", std::process::id()));
-    std::fs::write(&beside, text).ok()?;
-    std::fs::rename(&beside, path).ok()
+    hyd_results::write_whole(path, text.as_bytes()).ok()
 }
 
 impl Question<'_> {
@@ -253,5 +251,25 @@ fn collect(folder: &Path, depth: usize, found: &mut BTreeSet<PathBuf>) {
         } else if kind.is_file() && path.extension().is_some_and(|extension| extension == "hyd" || extension == "mo") {
             found.insert(path);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lay_down;
+
+    /// Two threads that answer at once lay down the same page, and both can lead to it.
+    #[test]
+    fn a_page_is_laid_down_by_several_at_once() {
+        let folder = std::env::temp_dir().join(format!("hyd-lsp-at-once-{}", std::process::id()));
+        for round in 0..50 {
+            let path = folder.join(format!("{round}.md"));
+            let failed = std::thread::scope(|scope| {
+                let threads = [(); 4].map(|()| scope.spawn(|| lay_down(&path, "a page\n").is_none()));
+                threads.into_iter().any(|thread| thread.join().expect("no panic"))
+            });
+            assert!(!failed, "round {round}");
+        }
+        std::fs::remove_dir_all(&folder).expect("a folder of the test");
     }
 }

@@ -318,10 +318,7 @@ impl Found<'_> {
 fn unit(component: &Component) -> Option<&str> {
     component.modification.arguments.iter().find_map(|argument| match argument {
         Argument::Modify(own) if matches!(&own.target.parts[..], [only] if &*only.name == "unit") => {
-            match own.modification.binding.as_ref().map(|binding| &binding.kind) {
-                Some(ExprKind::Text(text)) => Some(&**text),
-                _ => None,
-            }
+            own.modification.binding.as_ref().and_then(Expr::text).map(|text| &**text)
         }
         _ => None,
     })

@@ -354,7 +354,7 @@ impl Consistency {
     }
 
     /// As [`Consistency::refine`], but until constraints hold as well as numbers allow: for values that are shown.  Where no
-    /// unknown is algebraic there are none, and this is a refinement.
+    /// unknown is algebraic there are none, and this is a refinement.  Where one matrix does not lead there, the damped method may.
     pub(crate) fn project(
         &mut self,
         problem: &mut Problem<'_>,
@@ -367,6 +367,27 @@ impl Consistency {
         let constrained = self.core.differential.iter().any(|differential| !differential);
         (constrained && self.approach(problem, (t, h), weights, (limit, MOST_PROJECTIONS), y, yp))
             || self.refine(problem, (t, h), weights, y, yp)
+            || (constrained && self.solve_nearby(problem, (t, h), weights, y, yp))
+    }
+
+    /// As [`Consistency::solve`], without the ways that lead further away.
+    fn solve_nearby(
+        &mut self,
+        problem: &mut Problem<'_>,
+        (t, h): (f64, f64),
+        weights: &Weights,
+        y: &mut [f64],
+        yp: &mut [f64],
+    ) -> bool {
+        self.load(h, weights, y, yp);
+        let mut view = View { core: &mut self.core, problem, t, switching: false };
+        self.have_matrix = self.newton.solve(&mut view, TOLERANCE).is_ok();
+        if self.have_matrix {
+            self.core.scatter(&self.newton.x);
+            y.copy_from_slice(&self.core.y);
+            yp.copy_from_slice(&self.core.yp);
+        }
+        self.have_matrix
     }
 
     /// Takes the matrix at a point of which the values to be found are a smooth continuation; false if it has none.

@@ -105,10 +105,7 @@ impl Flattener<'_, '_> {
         };
         let tree = AstMod::from_syntax(component.annotation.as_ref()?);
         let value = entry(entry(&tree, VENDOR)?, VARIABLE)?.binding.clone()?;
-        match &value.kind {
-            hyd_syntax::tree::ExprKind::Text(text) => Some((text.to_string(), value.span)),
-            _ => None,
-        }
+        value.text().map(|name| (name.to_string(), value.span))
     }
 
     /// True for a variable whose value stands in its own declaration: no modification has set it.

@@ -81,7 +81,7 @@ impl Scopes<'_> {
 
     /// The text of a rule of the language, which may not be empty.
     fn reason(&mut self, entry: &ElementModification) -> Option<Name> {
-        if let Some(ExprKind::Text(text)) = entry.modification.binding.as_ref().map(|value| &value.kind)
+        if let Some(text) = entry.modification.binding.as_ref().and_then(Expr::text)
             && !text.is_empty()
         {
             return Some(text.clone());

@@ -340,10 +340,7 @@ impl Scopes<'_> {
                 Argument::Modify(modify) => {
                     let is_named =
                         matches!(modify.target.parts.as_slice(), [only] if only.name.as_ref() == "missingInnerMessage");
-                    match modify.modification.binding.as_ref().map(|value| &value.kind) {
-                        Some(ExprKind::Text(text)) if is_named => Some(text.clone()),
-                        _ => None,
-                    }
+                    modify.modification.binding.as_ref().filter(|_| is_named).and_then(Expr::text).cloned()
                 }
                 _ => None,
             })

@@ -404,8 +404,7 @@ impl Scopes<'_> {
         const BY_POSITION: [&str; 2] = ["minimumLength", "leftJustified"];
         let mut given: Vec<(String, &Expr)> = Vec::new();
         for (k, expr) in positional[1..].iter().enumerate() {
-            let text = matches!(expr.kind, hyd_syntax::tree::ExprKind::Text(_));
-            let name = if text { "format" } else { BY_POSITION.get(k).copied().unwrap_or("") };
+            let name = if expr.text().is_some() { "format" } else { BY_POSITION.get(k).copied().unwrap_or("") };
             given.push((name.into(), expr));
         }
         given.extend(named.iter().map(|(name, expr)| (name.name.to_string(), expr)));

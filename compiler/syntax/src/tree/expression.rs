@@ -97,6 +97,14 @@ impl Expr {
             false => size,
         }
     }
+
+    /// What a string literal says; none for any other expression.
+    pub fn text(&self) -> Option<&Name> {
+        match &self.kind {
+            ExprKind::Text(text) => Some(text),
+            _ => None,
+        }
+    }
 }
 
 /// Unary operators.
