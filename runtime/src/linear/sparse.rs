@@ -37,6 +37,15 @@ impl Factor {
         self.starts[c] as usize..self.starts[c + 1] as usize
     }
 
+    /// Subtracts this multiple of a column.
+    #[inline]
+    fn subtract(&self, c: usize, multiple: f64, x: &mut [f64]) {
+        let range = self.column(c);
+        for (&row, &value) in self.rows[range.clone()].iter().zip(&self.values[range]) {
+            x[row as usize] -= value * multiple;
+        }
+    }
+
     /// Looks which columns have values other than zero.
     fn find_busy(&mut self) {
         let busy = self.starts.windows(2).map(|ends| &self.values[ends[0] as usize..ends[1] as usize]);
@@ -73,8 +82,10 @@ pub(super) struct Sparse {
     rows: Vec<u32>,
     rows_inverse: Vec<u32>,
     lower: Factor,
+    /// Rows over their pivots: no division stands in the chain of a substitution.
     upper: Factor,
-    diagonal: Vec<f64>,
+    /// Of the pivots.
+    inverses: Vec<f64>,
     work: Vec<f64>,
     /// The same for several right-hand sides, made when first needed.
     tiles: Vec<Tile>,
@@ -130,7 +141,7 @@ impl Sparse {
             rows_inverse: vec![0; n],
             lower: Factor::default(),
             upper: Factor::default(),
-            diagonal: vec![0.0; n],
+            inverses: vec![0.0; n],
             work: vec![0.0; n],
             tiles: Vec::new(),
             pivoted: false,
@@ -149,6 +160,9 @@ impl Sparse {
         if !(self.pivoted && self.refactor(pattern, values)) {
             self.pivot(pattern, values)?;
         }
+        for (value, &row) in self.upper.values.iter_mut().zip(&self.upper.rows) {
+            *value *= self.inverses[row as usize];
+        }
         self.lower.find_busy();
         self.upper.find_busy();
         Ok(())
@@ -157,7 +171,7 @@ impl Sparse {
     /// Left-looking factorisation with fixed pivots; false if a pivot is too small.
     fn refactor(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
         let x = &mut self.work;
-        for j in 0..self.diagonal.len() {
+        for j in 0..self.inverses.len() {
             let column = self.columns[j] as usize;
             for entry in pattern.column(column) {
                 x[self.rows_inverse[pattern.row_indices[entry] as usize] as usize] = values[entry];
@@ -189,7 +203,7 @@ impl Sparse {
                 x.fill(0.0);
                 return false;
             }
-            self.diagonal[j] = pivot;
+            self.inverses[j] = inverse;
         }
         true
     }
@@ -222,7 +236,7 @@ impl Sparse {
             if pivot.abs() <= PIVOT_FLOOR * column_max || !pivot.is_finite() {
                 return Err(self.name(pattern, c, Some(self.rows[c] as usize)));
             }
-            self.diagonal[c] = pivot;
+            self.inverses[c] = pivot.recip();
         }
         self.pivoted = true;
         Ok(())
@@ -245,18 +259,16 @@ impl Sparse {
         for c in 0..n {
             let value = x[c];
             if value != 0.0 && self.lower.busy[c] {
-                for l in self.lower.column(c) {
-                    x[self.lower.rows[l] as usize] -= self.lower.values[l] * value;
-                }
+                self.lower.subtract(c, value, x);
             }
         }
+        for (value, inverse) in x.iter_mut().zip(&self.inverses) {
+            *value *= inverse;
+        }
         for c in (0..n).rev() {
-            let value = x[c] / self.diagonal[c];
-            x[c] = value;
+            let value = x[c];
             if value != 0.0 && self.upper.busy[c] {
-                for u in self.upper.column(c) {
-                    x[self.upper.rows[u] as usize] -= self.upper.values[u] * value;
-                }
+                self.upper.subtract(c, value, x);
             }
         }
         for (&value, &column) in x.iter().zip(&self.columns) {
@@ -267,7 +279,7 @@ impl Sparse {
 
     /// Replaces each of several right-hand sides by its solution: `count` tiles per unknown.
     pub(super) fn solve_tiles(&mut self, b: &mut [Tile], count: usize) {
-        let n = self.diagonal.len();
+        let n = self.inverses.len();
         self.tiles.resize((n + 1) * count, [0.0; LANES]);
         // The value of a column stands apart while it is subtracted from others.
         let (x, own) = self.tiles.split_at_mut(n * count);
@@ -281,9 +293,10 @@ impl Sparse {
                 subtract(&mut x[block(self.lower.rows[entry])], self.lower.values[entry], own);
             }
         }
+        for (values, &inverse) in x.chunks_exact_mut(count).zip(&self.inverses) {
+            values.iter_mut().flatten().for_each(|value| *value *= inverse);
+        }
         for c in (0..n).rev() {
-            let inverse = self.diagonal[c].recip();
-            x[block(c as u32)].iter_mut().flatten().for_each(|value| *value *= inverse);
             own.copy_from_slice(&x[block(c as u32)]);
             for entry in self.upper.column(c) {
                 subtract(&mut x[block(self.upper.rows[entry])], self.upper.values[entry], own);
