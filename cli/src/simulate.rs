@@ -108,7 +108,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Failure> {
                 run: &arguments.run,
             };
             if matches!(error, SolveError::Assertion { .. }) {
-                trials.tell_held_conditions(&compilation, &mut diagnostic);
+                trials.tell_course(&compilation, &mut diagnostic);
             }
             tell_healing(healing(&trials, &compilation, error, &diagnostic), &mut diagnostic);
         }

@@ -26,7 +26,7 @@ pub use balance::{Balance, Element, Factor, Scaled, balances};
 pub use changes::{Change, Rank, Trouble, changes};
 pub use compilation::{Compilation, Goal, Options, Stage, StageTime};
 pub use hyd_codegen::{CodeStatistics, CompiledModel, Instance};
-pub use hyd_equations::{Approach, Cost, Loops, approaches, costs, held_conditions};
+pub use hyd_equations::{Approach, Cost, Loops, approaches, costs, held_conditions, judged_courses};
 pub use hyd_flat::{FlatModel, ForeignBlock, Injection, TermShape};
 pub use hyd_instance::{SourceText, Sources, Trees};
 pub use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, did_you_mean, dotted};

@@ -127,8 +127,6 @@ impl Display for SolveError {
             SolveError::EventLoop { time, passes, relations, repeats } => {
                 let time = significant(*time);
                 write!(f, "the event at t = {time} s does not settle: values still change after {passes} passes")?;
-                relation_lines(f, relations)?;
-                repeat_lines(f, repeats)?;
                 match repeats.variables.iter().find(|own| counts_on(own)) {
                     Some(own) => hint(
                         f,
@@ -142,16 +140,18 @@ impl Display for SolveError {
                         Some(moved) => hint(
                             f,
                             &format!(
-                                "what switches one of them on switches it off again, and moves {moved}: a hysteresis wider than that breaks such a loop, as \
-                                 does a state or a delay between the two"
+                                "what one pass changes a later one takes back, which moves {moved}: a hysteresis wider than that breaks such a loop, \
+                                 as does a state or a delay between the two"
                             ),
                         ),
                         None => hint(
                             f,
-                            "what switches one of them on switches it off again: `pre` of one, or another condition, breaks such a loop",
+                            "what one pass changes a later one takes back: `pre` of one, or another condition, breaks such a loop",
                         ),
                     },
-                }
+                }?;
+                relation_lines(f, relations)?;
+                repeat_lines(f, repeats)
             }
             SolveError::Chattering { time, events, accumulating: false, relations, pile } => {
                 let time = significant(*time);

@@ -7,7 +7,7 @@
 use std::cell::Cell;
 use std::path::Path;
 
-use hyd_compiler::{Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
+use hyd_compiler::{Code, Compilation, Diagnostic, Edit, Extras, Goal, Proposal, Rank, Severity, Trouble, changes};
 use hyd_flat::Target;
 use hyd_results::{Discard, Sink, Trajectory};
 use hyd_run::{RunArguments, options};
@@ -158,6 +158,7 @@ impl Trials<'_> {
         healing.is_a_guess = found.is_some_and(|(rank, _)| match rank {
             // Other sources would do as well.
             Rank::Joined
+            | Rank::Point
             | Rank::InferredUnit
             | Rank::AtOnce
             | Rank::FirstStart
@@ -194,6 +195,8 @@ impl Trials<'_> {
         let is_new = |own: &Diagnostic| match own.severity {
             Severity::Note if trouble.start => true,
             Severity::Note if had_no_start && own.message.starts_with(UNDETERMINED) => false,
+            // What is connected is not looked at in a text with mistakes.
+            Severity::Warning if trouble.text && own.code == Code::OpenConnector => false,
             _ => before.diagnostics.iter().all(|known| known.message != own.message),
         };
         !after.has_errors()

@@ -40,6 +40,7 @@ pub use combined::until_regular;
 pub use explain::cost::{Cost, costs};
 pub use explain::faults::equation_text;
 pub use explain::held_conditions::held_conditions;
+pub use explain::judged_courses::judged_courses;
 pub use explain::matrix::{Matrix, matrix};
 pub use explain::print::print_system;
 pub use explain::print_plan::{print_jacobian, print_sorted};

@@ -189,6 +189,7 @@ impl Found<'_> {
                 self.superfluous(arguments, k, own, &path.join("."));
                 if !own.each && !is_scalar {
                     let edit = self.edit(own.span.start, own.span.start, "each ");
+                    self.same_for_all.push((path.join("."), edit.clone()));
                     self.push(
                         Rank::Marked,
                         format!("`{}` is the same for all elements: `each`", path.join(".")),
@@ -216,6 +217,16 @@ impl Found<'_> {
                 }
             }
             self.modification(&own.modification, &format!("{owner}.{}", path.join(".")), is_scalar);
+        }
+    }
+
+    /// Several modifiers that are the same for all elements of an array, at once.
+    pub(super) fn all_the_same(&mut self) {
+        let found = std::mem::take(&mut self.same_for_all);
+        if found.len() > 1 {
+            let (names, edits): (Vec<String>, Vec<_>) =
+                found.into_iter().map(|(name, edit)| (format!("`{name}`"), edit)).unzip();
+            self.push(Rank::Marked, format!("{} are the same for all elements: `each`", names.join(", ")), edits);
         }
     }
 

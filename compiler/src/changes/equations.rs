@@ -208,7 +208,14 @@ impl Found<'_> {
         let (ExprKind::Ref(a), ExprKind::Ref(b)) = (&left.kind, &right.kind) else { return };
         let ([one, flow], [other, same]) = (&a.parts[..], &b.parts[..]) else { return };
         let is_pair = one.name.name != other.name.name && flow.name.name == same.name.name;
-        if is_pair && FLOWS.contains(&&*flow.name.name) && (self.trouble.run || self.trouble.start) {
+        // What a component is given or gives is a number, whatever it is called.
+        let is_signal = |component: &ComponentRef| self.signals.contains(self.snippet(component.span));
+        if is_pair
+            && FLOWS.contains(&&*flow.name.name)
+            && (self.trouble.run || self.trouble.start)
+            && !is_signal(a)
+            && !is_signal(b)
+        {
             let text = format!("{} + {} = 0", self.snippet(left.span), self.snippet(right.span));
             self.write(Rank::Marked, equation.span, &text);
         }

@@ -6,8 +6,10 @@
 //! Assertions and what they compare with are never changed: they say what is meant.
 
 mod asserted;
+mod balances;
 mod copied;
 mod declarations;
+mod defaults;
 mod equations;
 mod expressions;
 mod numbers;
@@ -16,9 +18,10 @@ mod quantities;
 use std::collections::BTreeSet;
 
 use asserted::Asserted;
+use defaults::Classes;
 use hyd_flat::FlatModel;
 use hyd_source::{Code, Diagnostic, Edit, FileId, Files, Proposal, Severity, Span};
-use hyd_syntax::tree::{ClassBody, ClassDef, Element, EquationKind, EquationSection, ExprKind, Variability};
+use hyd_syntax::tree::{ClassBody, ClassDef, Component, Element, EquationKind, EquationSection, ExprKind, Variability};
 
 /// What has failed; several may be true at once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -77,6 +80,10 @@ pub enum Rank {
     Unit,
     /// A parameter that has nothing but a start value is found by the initial equations.
     Determined,
+    /// A number far from the default of its class that is near it in another unit, or converted by another factor.
+    FarFromDefault,
+    /// The same with the point elsewhere.
+    Point,
     /// A slip at a place that messages mark.
     Marked,
     /// A connection with an end that is called almost the same, and has the number of the other end.
@@ -85,6 +92,8 @@ pub enum Rank {
     Ends,
     /// A connection with an end to which nothing is connected.
     Open,
+    /// What flows in at one connector of a component flows out at the other.
+    Balance,
     /// A range of a loop.
     Loop,
     /// The start of a variable is fixed whose derivative at the start is given, too.
@@ -140,6 +149,8 @@ impl Rank {
             Rank::Unit
                 | Rank::Determined
                 | Rank::Marked
+                | Rank::FarFromDefault
+                | Rank::Point
                 | Rank::Loop
                 | Rank::Twice
                 | Rank::Start
@@ -218,6 +229,9 @@ pub fn changes(
         gains: model.map_or_else(Vec::new, |(flat, _)| gains(flat, file)),
         quantities: Vec::new(),
         longest_delay: told().find_map(|own| longest_delay(&own.message)),
+        classes: Classes::of(&stored.classes),
+        same_for_all: Vec::new(),
+        signals: BTreeSet::new(),
         rates_given: BTreeSet::new(),
         begin_of_sections: None,
         is_definition: false,
@@ -226,6 +240,7 @@ pub fn changes(
     for class in &stored.classes {
         found.class(class);
     }
+    found.all_the_same();
     if let Some((flat, inferred)) = model.filter(|_| trouble.start || trouble.run) {
         found.numbers(flat, inferred);
     }
@@ -280,6 +295,11 @@ struct Found<'a> {
     quantities: Vec<String>,
     /// The bound of a `delay` that its time exceeds, as it is written, and its value.
     longest_delay: Option<(String, f64)>,
+    classes: Classes,
+    /// Modifiers that may be the same for all elements of an array, and the change that says so.
+    same_for_all: Vec<(String, Edit)>,
+    /// Inputs and outputs of the components of the class at hand.
+    signals: BTreeSet<String>,
     /// Variables of the class at hand whose derivatives the initial equations state.
     rates_given: BTreeSet<String>,
     /// The equation at hand says how two variables belong together.
@@ -301,6 +321,7 @@ impl Found<'_> {
             })
             .collect();
         self.rates_given = self.rates_given(equations);
+        self.signals = self.signals(&components);
         let scalars = components.iter().filter(|own| own.dims.is_empty());
         self.quantities = scalars.map(|own| own.name.name.to_string()).collect();
         let starts = self.components(&components);
@@ -316,6 +337,7 @@ impl Found<'_> {
         }
         self.trouble.too_many = too_many;
         self.copied(equations, &components);
+        self.balances(class, equations);
         self.conventions(&components);
         self.sockets(equations);
         self.missing(equations, &components);
@@ -331,6 +353,16 @@ impl Found<'_> {
         };
         let rest = self.begins.iter().skip(self.line(from)).copied();
         rest.into_iter().find(|&begin| is_section(self.text[begin as usize..].lines().next().unwrap_or_default()))
+    }
+
+    /// What components of a class are given and give, as `name.input`.
+    fn signals(&self, components: &[&Component]) -> BTreeSet<String> {
+        let of = |component: &&Component| {
+            let class = self.classes.named(&component.class)?;
+            let own = self.classes.components(class).into_iter().filter(|own| own.direction.is_some());
+            Some(own.map(|own| format!("{}.{}", component.name.name, own.name.name)).collect::<Vec<_>>())
+        };
+        components.iter().filter_map(of).flatten().collect()
     }
 
     /// Variables whose derivatives initial equations state.

@@ -81,10 +81,13 @@ impl Code for Statement {
         let kind = match (simple.right, simple.left.kind) {
             (Some((sign, at, right)), left) => {
                 if sign == "=" {
-                    builder
-                        .error(at, "`=` cannot stand in an algorithm")
-                        .notes
+                    let said = builder.error(at, "`=` cannot stand in an algorithm");
+                    said.notes
                         .push("assignments are written with `:=`; equations belong into an `equation` section".into());
+                    said.proposals.push(Proposal {
+                        message: "write `:=` for `=`".into(),
+                        edits: vec![Edit { span: at, text: ":=".into() }],
+                    });
                 }
                 assignment(builder, left, simple.left.span, right)?
             }

@@ -1,21 +1,26 @@
 //! Initial values where Newton's method fails from the start values: found from elsewhere, or not at all.
 //!
-//! In this order: start values of zero moved away from it, since many laws are vertical or flat there; the equations relaxed to what the
+//! In this order: start values of zero moved to what is usual for their units, as no temperature is near 0 K; moved away from zero, since many laws are vertical or flat there; the equations relaxed to what the
 //! start values fulfil and led back, `G(x) = (1 - s) G(x0)` for `s` from 0 to 1 (Newton homotopy: Allgower, Georg 2003,
 //! *Introduction to Numerical Continuation Methods*, chapter 2); the way through the pieces of equations that have kinks
 //! ([`crate::corrector::kinks`]); starts scattered around those given, further out each time.  What is
 //! found solves the equations as given, but may be another solution than the one that was meant, so a warning says so, with the
 //! fewest start values found that lead there.
 
+use std::collections::HashMap;
 use std::fmt;
+use std::sync::Arc;
 
-use hyd_system::significant;
+use hyd_system::{Tables, significant};
 
 use super::{InitialSystem, TOLERANCE, View};
 use crate::corrector::kinks::pass_pieces;
 use crate::corrector::relaxed::lead_back;
 use crate::problem::Problem;
 
+/// Sizes that are usual for units whose zero is far from them.
+const USUAL: [(&str, f64); 6] =
+    [("K", 300.0), ("Pa", 1e5), ("bar", 1.0), ("kg/m3", 100.0), ("J/kg", 1e5), ("J/(kg.K)", 1e3)];
 /// Places, in nominal values, to which start values of zero are moved.
 const AWAY: [f64; 3] = [1.0, 0.01, -1.0];
 /// Distances of scattered starts, in nominal values or start values if these are larger, and starts at each distance.
@@ -36,6 +41,8 @@ const MOST_NAMED: usize = 6;
 /// From where initial values were found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
 pub enum RescueStage {
+    /// From start values of zero moved to what is usual for their units.
+    UsualSizes,
     /// From start values of zero moved away from it.
     AwayFromZero,
     /// From equations that the start values fulfil, led back to those given.
@@ -71,6 +78,7 @@ pub struct Rescue {
 impl fmt::Display for RescueStage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            RescueStage::UsualSizes => "with start values of zero replaced by what is usual for their units",
             RescueStage::AwayFromZero => "with start values of zero moved away from it",
             RescueStage::Relaxed => "by way of relaxed equations",
             RescueStage::Pieces => "piece by piece, in equations that have kinks",
@@ -110,7 +118,11 @@ impl InitialSystem {
         let spent = problem.statistics.factorisations;
         let mut tried = 0usize;
         let mut found = None;
-        if guess.contains(&0.0) {
+        if let Some(from) = usual_sizes(problem.system.tables(), guess) {
+            tried += 1;
+            found = self.reaches(problem, t, &from).then_some(RescueStage::UsualSizes);
+        }
+        if found.is_none() && guess.contains(&0.0) {
             for place in AWAY {
                 let moved = |k: usize| place * self.newton.nominals[k] * (1.0 + 0.1 * scatter(k as u32, 0));
                 let from: Vec<f64> =
@@ -222,6 +234,20 @@ impl InitialSystem {
         }
         valued(set)
     }
+}
+
+/// The guess with zeros replaced by what is usual for the units of their variables; none where no unit says so.
+fn usual_sizes(tables: &Tables, guess: &[f64]) -> Option<Vec<f64>> {
+    let usual = |unit: &str| USUAL.iter().find(|(own, _)| *own == unit).map(|&(_, size)| size);
+    let mut sizes: HashMap<String, f64> = HashMap::new();
+    for variable in &tables.variables {
+        let Some(size) = usual(&variable.unit) else { continue };
+        sizes.extend((0..variable.sources.len()).map(|element| (variable.name.element(element), size)));
+    }
+    let moved = |(&value, name): (&f64, &Arc<str>)| sizes.get(&**name).copied().filter(|_| value == 0.0);
+    let moved: Vec<Option<f64>> = guess.iter().zip(&tables.initial_unknowns).map(moved).collect();
+    let is_moved = moved.iter().any(Option::is_some);
+    is_moved.then(|| moved.iter().zip(guess).map(|(size, &value)| size.unwrap_or(value)).collect())
 }
 
 /// A few digits of a number.

@@ -36,6 +36,22 @@ fn a_ground_is_put_in() {
     assert!((summary["final"]["lamp.i"].as_f64().unwrap() - 2.0).abs() < 1e-9, "{}", lamp.stdout);
 }
 
+/// Modifiers of an array that all lack `each` are healed together, though one end of the array is open, which no one could say before.
+#[test]
+fn each_is_put_in_for_several() {
+    let folder = Scratch::new();
+    let text = "model Section\n  parameter Hyd.Units.Resistance R = 1;\n  parameter Hyd.Units.Capacitance C = 1;\n  Hyd.Electrical.Interfaces.Pin p;\n  \
+                Hyd.Electrical.Interfaces.Pin n;\n  Hyd.Units.Voltage u(start = 0, fixed = true);\nequation\n  p.v - n.v = R*p.i;\n  u = n.v;\n  \
+                C*der(u) = p.i + n.i;\nend Section;\nmodel Line\n  Section part[3](R = 2, C = 0.1);\n  Hyd.Electrical.Sources.ConstantVoltage source(V = 5);\n  \
+                Hyd.Electrical.Components.Ground ground;\nequation\n  connect(source.n, ground.p);\n  connect(source.p, part[1].p);\n  \
+                connect(part[1].n, part[2].p);\n  connect(part[2].n, part[3].p);\nend Line;\n";
+    folder.write("line.hyd", text);
+    let outcome = run(folder.path(), &["check", "line.hyd", "--model", "Line", "--fix"]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert_eq!(folder.read("line.hyd"), text.replace("(R = 2, C", "(each R = 2, each C"), "{}", outcome.stdout);
+    assert!(outcome.stderr.contains("W0301"), "{}", outcome.stderr);
+}
+
 /// The only two open ends of a kind are connected, once; of three nobody knows which.
 #[test]
 fn a_forgotten_connection_is_put_in() {

@@ -5,6 +5,7 @@ pub(crate) mod faults;
 pub(crate) mod floating;
 pub(crate) mod held_conditions;
 pub(crate) mod held_states;
+pub(crate) mod judged_courses;
 pub(crate) mod matrix;
 pub(crate) mod own_equations;
 pub(crate) mod prescribed;

@@ -8,10 +8,10 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use hyd_source::{Code, Diagnostic, Reported, Span};
+use hyd_source::{Code, Diagnostic, Edit, Reported, Span};
 use hyd_syntax::print_expr;
 use hyd_syntax::tree::{
-    Argument, ClassBody, ClassKind, Component, ElementPrefixes, Expr, ExprKind, Modification, Name,
+    Argument, ClassBody, ClassKind, Component, ElementPrefixes, Expr, ExprKind, Modification, Name, Variability,
 };
 
 use crate::classes::class::ClassId;
@@ -52,12 +52,20 @@ struct Wanted {
 
 /// An element around a component that keeps an `inner` one from being added.
 enum Near {
-    /// One of the name that fits and lacks the prefix `inner`.
-    Unmarked(Span),
+    /// One of the name that fits and lacks the prefix `inner`, and where that may stand, if nothing is in its way.
+    Unmarked(Span, Option<Span>),
     /// An `inner` one of the class and another name.
     OtherName(Name, Span),
     /// Something else of the name in the model that is run.
     InTheWay(Span),
+}
+
+/// Before the type of a declaration that no other prefix precedes.
+fn before_type(declaration: &Component) -> Option<Span> {
+    let is_bare = declaration.variability == Variability::Continuous
+        && declaration.direction.is_none()
+        && !(declaration.flow || declaration.stream || declaration.prefixes.replaceable);
+    is_bare.then_some(Span { end: declaration.class.span.start, ..declaration.class.span })
 }
 
 impl Scopes<'_> {
@@ -148,9 +156,18 @@ impl Scopes<'_> {
         let Some(near) = self.near_inner(parent, name, wanted) else { return Ok(()) };
         let said = no_inner(declaration);
         let said = match near {
-            Near::Unmarked(at) => said
-                .with(at, "declared without `inner`")
-                .help(format!("`inner` and `outer` belong together: is `inner` missing at `{name}`?")),
+            Near::Unmarked(at, before) => {
+                let said = said
+                    .with(at, "declared without `inner`")
+                    .help(format!("`inner` and `outer` belong together: is `inner` missing at `{name}`?"));
+                match before {
+                    Some(span) => said.propose(
+                        format!("declare `{name}` with `inner`"),
+                        vec![Edit { span, text: "inner ".to_string() }],
+                    ),
+                    None => said,
+                }
+            }
             Near::OtherName(own, at) => said
                 .with(at, "an `inner` of another name")
                 .help(format!("`inner` and `outer` must have one name: is `{own}` meant?")),
@@ -202,7 +219,7 @@ impl Scopes<'_> {
                         class.is_some_and(|class| self.quietly(|s| s.table.why_not(class, wanted)).is_none())
                     });
                     match fits {
-                        true => return Some(Near::Unmarked(own.name.span)),
+                        true => return Some(Near::Unmarked(own.name.span, before_type(&own))),
                         false if above == root => return Some(Near::InTheWay(own.name.span)),
                         false => {}
                     }

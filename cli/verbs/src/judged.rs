@@ -1,6 +1,6 @@
-//! Conditions of `when` that were true throughout a failed run.
+//! What a run shows that an assertion has ended: conditions of `when` that were true throughout, and how what is compared came to where it is.
 
-use hyd_compiler::{Compilation, held_conditions};
+use hyd_compiler::{Compilation, held_conditions, judged_courses};
 use hyd_flat::Made;
 use hyd_results::Trajectory;
 use hyd_source::{Diagnostic, Label, Span};
@@ -13,15 +13,19 @@ const FEWEST_ROWS: usize = 2;
 const MOST: usize = 2;
 
 impl Trials<'_> {
-    /// Says in the message of a failed assertion which conditions of `when` held all through the run, as far as it can be repeated in the steps that
-    /// trying allows.
-    pub fn tell_held_conditions(&self, compilation: &Compilation, diagnostic: &mut Diagnostic) {
+    /// Says in the message of a failed assertion from where to where the variables went that it compares, and which conditions of `when` held all
+    /// through the run, as far as it can be repeated in the steps that trying allows.
+    pub fn tell_course(&self, compilation: &Compilation, diagnostic: &mut Diagnostic) {
         let Some(flat) = compilation.flat.as_deref() else { return };
-        if !flat.variables.iter().any(|block| block.made == Some(Made::Event)) {
-            return;
-        }
         let mut rows = Trajectory::new();
         if self.recorded(compilation, &mut rows).is_none() || rows.len() < FEWEST_ROWS {
+            return;
+        }
+        let ends = |name: &str| rows.series(name).map(|series| (series.at(0), series.at(rows.len() - 1)));
+        if let Some(at) = diagnostic.labels.iter().find(|label| label.primary).map(|label| label.span) {
+            diagnostic.notes.splice(0..0, judged_courses(flat, at, &ends));
+        }
+        if !flat.variables.iter().any(|block| block.made == Some(Made::Event)) {
             return;
         }
         let value = |row: usize, name: &str| rows.series(name).map(|series| series.at(row));
